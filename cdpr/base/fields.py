@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 import re
-from typing import TYPE_CHECKING, Annotated, Any, get_args
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, get_args
 
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from cdpr.base.colours import COLOURS, coloured
 from cdpr.base.errors import CdprError
 from cdpr.base.lazy import late
+from cdpr.base.needs import Needs
 from cdpr.base.problems import shown
 
 MAX_MAGNITUDE = 1e12  # above this, squares and products leave the meaningful range of the simulation
@@ -43,7 +45,13 @@ else:
 
 
 class Section(BaseModel, metaclass=SectionType):
-    """Base class of all sections: frozen, no unknown key, no NaN, no silent conversion."""
+    """Base class of all sections: frozen, no unknown key, no NaN, no silent conversion.
+
+    Attributes:
+        needs: needs of the section as a whole, or of each of its fields by name; see `cdpr.base.needs`.
+    """
+
+    needs: ClassVar[Needs | Mapping[str, Needs]] = {}
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True, allow_inf_nan=False, defer_build=True)
 

@@ -17,6 +17,7 @@ from typing import Any
 
 from cdpr.base.errors import CdprError
 from cdpr.base.fields import NonNegative, Positive, Section
+from cdpr.base.needs import Needs
 from cdpr.base.units import known_unit
 from cdpr.model import Cable
 
@@ -110,6 +111,7 @@ class Part:
     Attributes:
         header: header of its kernel, included by `cdpr/cables/parts.hpp`; "" if it needs none.
         numbers: numbers of a cable that its kernel uses, at most MOST, in order.
+        needs: support that it needs; None, which every use of a scenario rejects, if nobody has thought of it.
 
     Raises:
         CdprError: if it has more numbers than its row holds, or one with a reserved name.
@@ -117,6 +119,7 @@ class Part:
 
     header: str = ""
     numbers: tuple[Number, ...] = ()
+    needs: Needs | None = None
 
     def __post_init__(self) -> None:
         """Raise CdprError for numbers that its row or robot files do not support."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from cdpr.base.needs import EVERYWHERE
 from cdpr.cables.chain import Span
 
-INEXTENSIBLE = Span()
+INEXTENSIBLE = Span(needs=EVERYWHERE)

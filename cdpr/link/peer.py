@@ -12,6 +12,7 @@ import numpy as np
 
 from cdpr.base.errors import BackendDied
 from cdpr.base.fields import MAX_MAGNITUDE
+from cdpr.cables import exits_of
 from cdpr.link.options import PeerOptions
 from cdpr.link.transport import Program, Transport, check_program, connected, parsed
 from cdpr.model.robot import Array, Robot
@@ -49,6 +50,8 @@ def greeting_of(role: str, robot: Robot, gravity: Array) -> dict[str, Any]:
         "inertia": robot.platform.inertia.tolist(),
         "center_of_mass": robot.platform.center_of_mass.tolist(),
         "anchors": robot.anchors.tolist(),
+        "unilateral": robot.unilateral,
+        "exits": list(exits_of(robot)),
         "gravity": gravity.tolist(),
     }
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from cdpr.base.fields import ZERO, Colour, Coordinate, Position, Positive, Section, unit
+from cdpr.base.needs import EVERYWHERE, Needs, left_out, of_run
 from cdpr.cables.exit import Exit
 from cdpr.model import rotations
 from cdpr.model.robot import Array, frozen_array
@@ -24,10 +25,13 @@ POSTS = [(i, j) for i, j in EDGES if CORNERS[i, 2] != CORNERS[j, 2]]
 Edge = tuple[Coordinate, Coordinate, Coordinate, Coordinate, Coordinate, Coordinate]
 MAX_EDGES = 4096
 
+UNDRAWN = left_out("not exported")
+
 
 class CylinderSection(Section):
     """Cylinder along z."""
 
+    needs: ClassVar[Needs] = EVERYWHERE
     radius: Positive = Field(description="radius", json_schema_extra=unit("m"))
     height: Positive = Field(description="height, half of it above the platform's origin", json_schema_extra=unit("m"))
 
@@ -35,6 +39,7 @@ class CylinderSection(Section):
 class ShapeSection(Section):
     """Shape of the platform, for drawing; it has no effect on the motion."""
 
+    needs: ClassVar[Needs] = EVERYWHERE
     box: tuple[Positive, Positive, Positive] | None = Field(
         None,
         description="size of a box along the platform's axes, centred on its origin",
@@ -83,6 +88,7 @@ class ShapeSection(Section):
 class ObstacleSection(Section):
     """Obstacle that cables should not touch: workspaces and runs check it; it has no effect on the motion."""
 
+    needs: ClassVar[Needs] = of_run(mjcf=UNDRAWN, sdf=UNDRAWN, urdf=UNDRAWN)
     name: str | None = Field(None, min_length=1, description="name; default: obstacle 1, obstacle 2, ...")
     box: tuple[Positive, Positive, Positive] | None = Field(
         None, description="size of a box along its axes, about its middle", json_schema_extra=unit("m")
@@ -130,6 +136,7 @@ class ObstacleSection(Section):
 class FrameSection(Section):
     """Frame: pose of the base, to which the anchors A_i and the home pose refer, and its outline for drawing."""
 
+    needs: ClassVar[Needs] = EVERYWHERE
     position: Position = Field(
         ZERO,
         description="position of the robot's base: the frame anchors of the cables and the home pose are given from it",

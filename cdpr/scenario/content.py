@@ -10,7 +10,7 @@ from functools import cached_property
 from pydantic import BaseModel, ValidationError
 
 from cdpr.base.errors import PluginError
-from cdpr.base.problems import Problem
+from cdpr.base.problems import Mark, Problem
 from cdpr.cables import model_of
 from cdpr.config.document import Document
 from cdpr.config.problems import Problems
@@ -226,4 +226,8 @@ class Content:
 
     def place(self, *path: str | int) -> str:
         """Return file, line and column of the value at `path`."""
-        return str(self._document.mark(path))
+        return str(self.mark(*path))
+
+    def mark(self, *path: str | int) -> Mark:
+        """Return the mark of the value at `path`."""
+        return self._document.mark(path)

@@ -17,9 +17,10 @@ from cdpr.scenario.checks import Checks
 from cdpr.scenario.events import EVENTS, ScenarioEvent, first_sample
 from cdpr.scenario.events.event import History
 from cdpr.scenario.initial import Initial
+from cdpr.scenario.limits_schema import TensionSection, limits
 from cdpr.scenario.motions.guide import Guide
 from cdpr.scenario.report import SectionReport
-from cdpr.scenario.robot_schema import CableSection, TensionSection, cable_name, limits
+from cdpr.scenario.robot_schema import CableSection, cable_name
 from cdpr.scenario.schema import Simulation
 
 Places = list[tuple[int, ScenarioEvent]]  # with the index in the file
@@ -71,7 +72,9 @@ class EventChecks(Checks):
         common = self.section(TensionSection, ("robot", "tension"))
         both = () if common is None else (common.min, common.max)
         if common and all(not isinstance(value, list) or len(value) == len(cables) for value in both):
-            history.limits = {name: limits(common, cable, i) for name, (i, cable) in zip(names, cables, strict=True)}
+            history.limits = {
+                name: limits(common, cable.tension, i) for name, (i, cable) in zip(names, cables, strict=True)
+            }
         for _, group in groupby(known, key=lambda place: place[1].time):
             together = list(group)
             for i, event in together:

@@ -2,19 +2,29 @@
 
 from __future__ import annotations
 
-from typing import Self
+from collections.abc import Mapping
+from typing import ClassVar, Self
 
 import numpy as np
 from pydantic import Field
 
 from cdpr.base.fields import ZERO, Position, Section, Vector3, unit
+from cdpr.base.needs import EVERYWHERE, Needs, left_out
 from cdpr.model.robot import Array
 from cdpr.model.rotations import matrix
 from cdpr.scenario.orientation import UPRIGHT, Orientation
 
+AT_REST = left_out("the format has no initial velocity")
+
 
 class Initial(Section):
     """State of the platform at time 0, world axes."""
+
+    needs: ClassVar[Mapping[str, Needs]] = {
+        "position": EVERYWHERE,
+        "orientation": EVERYWHERE,
+        **dict.fromkeys(("velocity", "angular_velocity"), Needs(sdf=AT_REST, urdf=AT_REST)),
+    }
 
     position: Position = Field(
         description="position of the platform's origin; default, with the attitude: the robot's home, if it has one",

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from typing import ClassVar
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from cdpr.base import tolerances
 from cdpr.base.fields import EulerOrder, Number, Section, Vector3, unit
+from cdpr.base.needs import EVERYWHERE, Needs
 from cdpr.model import rotations
 from cdpr.model.robot import Array
 
@@ -41,6 +43,7 @@ class Euler(Section):
 class Orientation(Section):
     """Attitude in the world, in exactly one of these forms."""
 
+    needs: ClassVar[Needs] = EVERYWHERE
     rpy: Vector3 | None = Field(
         None,
         description="roll, pitch, yaw about fixed axes: R = Rz(yaw) Ry(pitch) Rx(roll)",

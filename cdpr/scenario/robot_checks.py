@@ -16,17 +16,15 @@ from cdpr.config.problems import exact
 from cdpr.model.rotations import held_upright, multiply
 from cdpr.scenario.appearance import AT_ORIGIN, FrameSection, ShapeSection
 from cdpr.scenario.checks import Checks
+from cdpr.scenario.limits_schema import COMMON_TENSION, TensionSection, limits
 from cdpr.scenario.mesh import box_around
 from cdpr.scenario.robot_schema import (
-    COMMON_TENSION,
     CableSection,
     CablesSection,
     Home,
     PlatformSection,
-    TensionSection,
     WinchSection,
     cable_name,
-    limits,
     moments_about,
     names_of_exports,
     of_a_body,
@@ -181,7 +179,7 @@ class RobotChecks(Checks):
     def _limits(
         self, common: TensionSection, cable: CableSection, i: int, unilateral: bool
     ) -> Iterator[tuple[Path, str]]:
-        low, high = limits(common, cable, i)
+        low, high = limits(common, cable.tension, i)
         own = cable.tension or COMMON_TENSION
         at_min = self._written("min", common.min, own.min, i)
         at_max = self._written("max", common.max, own.max, i)

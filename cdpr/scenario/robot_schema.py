@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import AfterValidator, Field, create_model, model_validator
+from pydantic import AfterValidator, Field, create_model
 
 from cdpr.base.fields import (
     ZERO,
     Colour,
-    Highest,
     Name,
-    NonNegative,
     Number,
     Position,
     Positive,
@@ -22,10 +20,18 @@ from cdpr.base.fields import (
     Vector3,
     unit,
 )
+from cdpr.base.needs import EVERYWHERE, Needs, declared, of_run
 from cdpr.cables import ACTUATED, COMMANDED, MODELS, NUMBERS, AnyExit, keys_of_numbers
 from cdpr.model import Cable, Platform, Robot, Winch
 from cdpr.model.robot import Array, frozen_array
 from cdpr.scenario.appearance import AT_ORIGIN, FrameSection, ShapeSection
+from cdpr.scenario.limits_schema import (
+    NO_LENGTH_LIMITS,
+    CableTension,
+    LengthLimits,
+    TensionSection,
+    limits,
+)
 from cdpr.scenario.orientation import UPRIGHT, Orientation
 
 MAX_CABLES = 256
@@ -109,6 +115,8 @@ Tools = dict[Name, Position]
 class PlatformSection(Section):
     """Moving rigid body."""
 
+    needs: ClassVar[Mapping[str, Needs]] = declared("mass", "inertia", "center_of_mass", "colour", "tools")
+
     mass: Positive = Field(description="mass of the platform", json_schema_extra=unit("kg"))
     inertia: Annotated[Inertia, AfterValidator(_possible_inertia)] | None = Field(
         None,
@@ -129,41 +137,6 @@ class PlatformSection(Section):
         description="points of the platform with a name, such as a nozzle, platform axes; a trajectory may be a tool's",
         json_schema_extra=unit("m"),
     )
-
-
-class TensionSection(Section):
-    """Tension limits of all cables."""
-
-    min: Number | list[Number] = Field(
-        description="lowest admissible tension, a number or one per cable", json_schema_extra=unit("N")
-    )
-    max: Highest | list[Highest] = Field(
-        description="highest admissible tension, a number or one per cable; .inf for none", json_schema_extra=unit("N")
-    )
-
-
-class CableTension(Section):
-    """Tension limits of a cable, if they differ from the robot's."""
-
-    min: Number | None = Field(None, description="lowest admissible tension", json_schema_extra=unit("N"))
-    max: Highest | None = Field(None, description="highest admissible tension", json_schema_extra=unit("N"))
-
-
-class LengthLimits(Section):
-    """Shortest and longest length of a cable."""
-
-    min: NonNegative | None = Field(None, description="shortest length", json_schema_extra=unit("m"))
-    max: Positive | None = Field(None, description="longest length", json_schema_extra=unit("m"))
-
-    @model_validator(mode="after")
-    def _ordered(self) -> LengthLimits:
-        if self.min is not None and self.max is not None and self.min > self.max:
-            raise ValueError(f"min ({self.min:g} m) must not exceed max ({self.max:g} m)")
-        return self
-
-
-COMMON_TENSION = CableTension.model_construct()
-NO_LENGTH_LIMITS = LengthLimits.model_construct()
 
 
 def _section_of(owner: str, *, shared: bool) -> type[Section]:
@@ -200,6 +173,8 @@ else:
 class WinchSection(WinchNumbers):
     """Motor and drum that wind a cable."""
 
+    needs: ClassVar[Needs] = EVERYWHERE  # the cable's model and its parts declare what they need
+
     def build(self) -> Winch:
         """Return the winch."""
         return Winch(**_attributes(Winch, self.model_dump(exclude_none=True)))
@@ -223,6 +198,8 @@ class _Modelled(Section):
 class CablesSection(CableNumbers, _Modelled):
     """Common properties of all cables."""
 
+    needs: ClassVar[Mapping[str, Needs]] = declared("model", *CABLE_KEYS)  # parts of cables declare their own
+
     exit: AnyExit | None = Field(None, description=EXIT)
 
 
@@ -239,6 +216,10 @@ class _Spanned(Section):
 class CableSection(CableNumbers, _Spanned):
     """Cable between the frame and the platform."""
 
+    needs: ClassVar[Mapping[str, Needs]] = declared("name", "frame", "platform", "model", *CABLE_KEYS) | {
+        "speed_max": of_run()
+    }
+
     length: LengthLimits | None = Field(None, description="limits of the cable's length")
     speed_max: Positive | None = Field(None, description="highest winding speed", json_schema_extra=unit("m/s"))
     winch: WinchSection | None = Field(None, description="winch of this cable alone; default: the robot's")
@@ -251,12 +232,16 @@ class CableSection(CableNumbers, _Spanned):
 class Home(Section):
     """Pose at which the robot is described and, by default, where a run starts; relative to the robot's base."""
 
+    needs: ClassVar[Needs] = EVERYWHERE
+
     position: Position = Field(description="position of the platform's origin", json_schema_extra=unit("m"))
     orientation: Orientation = Field(UPRIGHT, description="attitude; default: upright")
 
 
 class RobotSection(Section):
     """Cable-driven parallel robot: content of a robot file."""
+
+    needs: ClassVar[Mapping[str, Needs]] = declared("name", "dof", "unilateral")
 
     name: Name = Field("robot", description="name of the robot; default: the file's name")
     dof: Annotated[tuple[DofName, ...], AfterValidator(_sound_directions)] = Field(
@@ -361,7 +346,7 @@ class RobotSection(Section):
 
     def _cable(self, i: int, anchor: Array, base: FrameSection) -> Cable:
         cable = self.cables[i]
-        low, high = limits(self.tension, cable, i)
+        low, high = limits(self.tension, cable.tension, i)
         length = cable.length or NO_LENGTH_LIMITS
         winch = self._own(cable, "winch")
         given = {key: self._own(cable, key) for key in CABLE_KEYS}
@@ -385,15 +370,3 @@ class RobotSection(Section):
 def cable_name(cable: CableSection, i: int) -> str:
     """Return the name of cable i, counted from 0."""
     return cable.name or f"cable_{i + 1}"
-
-
-def limits(robot: TensionSection, cable: CableSection, i: int) -> tuple[float, float]:
-    """Return the lowest and highest tension of cable i, N: its own limits, else the robot's."""
-    own = cable.tension or COMMON_TENSION
-
-    def common(value: float | list[float]) -> float:
-        return value[i] if isinstance(value, list) else value
-
-    low = common(robot.min) if own.min is None else own.min
-    high = common(robot.max) if own.max is None else own.max
-    return low, high

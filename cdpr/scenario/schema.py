@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal, Self
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import AfterValidator, Field, PrivateAttr
 
 from cdpr.base.defaults import BACKEND, CONTROLLER, SOLVER
 from cdpr.base.fields import Name, Positive, Section, Vector3, unit
+from cdpr.base.needs import EVERYWHERE, UNCONCERNED, Needs, left_out, no, of_control, of_run
 from cdpr.scenario.actuator_schema import Actuators
 from cdpr.scenario.appearance import ObstacleSection
 from cdpr.scenario.events import MAX_EVENTS, AnyEvent
@@ -22,6 +24,8 @@ MAX_SEED = 2**63 - 1
 class World(Section):
     """Surroundings of the robot."""
 
+    needs: ClassVar[Mapping[str, Needs]] = {"gravity": Needs(urdf=left_out("URDF has no gravity"))}
+
     gravity: Vector3 = Field(
         (0.0, 0.0, -9.81),
         description="acceleration of gravity, world axes, z up",
@@ -34,6 +38,12 @@ class World(Section):
 
 class Simulation(Section):
     """Physics backend and time steps."""
+
+    needs: ClassVar[Mapping[str, Needs]] = {
+        **dict.fromkeys(("backend", "duration", "seed", "ends_early"), of_run()),
+        "control_step": of_control(),
+        "physics_step": Needs(native=UNCONCERNED, urdf=UNCONCERNED),
+    }
 
     backend: str = Field(BACKEND, description="physics backend, any installed one")
     duration: Positive = Field(
@@ -67,6 +77,8 @@ class Simulation(Section):
 class Log(Section):
     """Logging of a run."""
 
+    needs: ClassVar[Needs] = of_run()
+
     step: Positive = Field(
         description="time between two recorded samples, an integer multiple of control_step; the first and last "
         "sample are always recorded; summary and events use all samples",
@@ -93,11 +105,15 @@ class PluginSection(Section):
 class ControllerSection(PluginSection):
     """Controller; its options are next to `type` and validated by the plugin's model."""
 
+    needs: ClassVar[Needs] = of_control()
+
     type: str = Field(CONTROLLER, description="controller, any installed one; its options are keys of this section")
 
 
 class SolverSection(PluginSection):
     """Tension solver; its options are next to these keys and validated by the plugin's model."""
+
+    needs: ClassVar[Needs] = of_control()
 
     type: str = Field(SOLVER, description="tension solver, any installed one; its options are keys of this section")
     infeasible: Literal["best_effort", "hold_tension", "stop"] = Field(
@@ -107,8 +123,32 @@ class SolverSection(PluginSection):
     )
 
 
+TRUE_ROBOT = no("an exported controller supports only the true robot")
+OWN_WINCHES = no("an exported controller supports only the robot's own winches")
+NO_ACTUATORS = left_out("tensions are commands there")
+UNCHECKED = left_out("an exported controller continues after limit violations")
+
+
 class ScenarioSection(Section):
     """Scenario: one robot, one motion, one run."""
+
+    needs: ClassVar[Mapping[str, Needs]] = {
+        "name": EVERYWHERE,
+        "believed": of_control(controller_fmu=TRUE_ROBOT, bare_controller_fmu=TRUE_ROBOT, native=TRUE_ROBOT),
+        "controlled": of_control(),
+        "limits": of_run(controller_fmu=UNCHECKED, bare_controller_fmu=UNCHECKED, native=UNCHECKED),
+        "actuators": Needs(
+            controller_fmu=OWN_WINCHES,
+            bare_controller_fmu=OWN_WINCHES,
+            native=OWN_WINCHES,
+            threads=no("an actuator FMU needs Python in each step"),
+            plant_fmu=NO_ACTUATORS,
+            mjcf=NO_ACTUATORS,
+            sdf=NO_ACTUATORS,
+            urdf=NO_ACTUATORS,
+        ),
+        "backend_options": of_run(),
+    }
 
     name: Name = Field("scenario", description="name of the scenario; default: the file's name")
     robot: RobotSection = Field(description="robot file, relative to this file, or the robot itself")

@@ -16,7 +16,7 @@ import numpy as np
 
 from cdpr.base.columns import Column
 from cdpr.base.errors import CdprError, PluginError
-from cdpr.base.problems import Path
+from cdpr.base.problems import Path, dotted
 from cdpr.cables import COMMANDED, with_model
 from cdpr.fmu.read.options import FmuFile
 from cdpr.link.options import PeerOptions
@@ -26,6 +26,7 @@ from cdpr.plugins.controller import Output
 from cdpr.plugins.registry import Registered, Role
 from cdpr.scenario import Scenario
 from cdpr.scenario.events import ScenarioEvent
+from cdpr.scenario.needs import lacking
 from cdpr.simulation.columns import chosen_plugins, columns_of
 from cdpr.simulation.parts import Parts
 from cdpr.simulation.settings import Settings
@@ -148,6 +149,8 @@ class _Checks:
         for i, event in enumerate(scenario.events):
             if event.changes_mass:
                 self._try(("events", i), partial(check_mass_change, event, chosen["backend"], scenario))
+        for role in ("backend", "controller"):
+            self._lacking(role, chosen[role])
         if scenario.actuators is not None:
             self._try(("actuators",), lambda: self._actuators(chosen["backend"]))
         nominal = scenario.nominal
@@ -178,6 +181,17 @@ class _Checks:
         if self._start or entry.missing:
             entry.load()
         return True
+
+    def _lacking(self, role: Role, entry: Registered) -> None:
+        """Report the sections that need features which a plugin does not declare."""
+        scenario = self._scenario
+        options = scenario.controller_options if role == "controller" else scenario.backend_options()
+        for path, feature in lacking(scenario, role, entry.properties(options)):  # type: ignore[arg-type]
+            error = PluginError(
+                f"{scenario.place(*path)}: {dotted(path)}: {role} '{entry.info.name}', with its options, does not "
+                f"support {feature}: choose another {role}, or remove the section"
+            )
+            self.faults.append(Fault(path, error))
 
     def _actuators(self, backend: Registered) -> None:
         from cdpr.simulation.actuators import check_actuators  # also enables the check for all modules that run FMUs

@@ -18,6 +18,7 @@ from cdpr.plugins import Controller, TensionSolver
 from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.registry import registry
 from cdpr.scenario import Scenario
+from cdpr.scenario.needs import require
 from cdpr.simulation.columns import chosen_plugins
 from cdpr.tension.command import CommandStage
 from cdpr.tension.current_sample import Present
@@ -33,18 +34,11 @@ def control_of(scenario: Scenario, motion: bool = False) -> Control:
         motion: True if the pipeline's last operation writes the desired motion, for the calling code.
 
     Raises:
-        CdprError: if controller or solver has no compiled operation, or the scenario has a feature that exported FMUs
-            do not support: a nominal model, or winches of another FMU.
+        ScenarioError: if an exported controller does not support a section of the scenario.
+        CdprError: if controller or solver has no compiled operation.
         PluginError: if a plugin is missing or broken.
     """
-    if scenario.nominal is not None:
-        raise CdprError(
-            f"scenario '{scenario.name}' has a nominal model: an exported controller supports only the true robot"
-        )
-    if scenario.actuators is not None:
-        raise CdprError(
-            f"scenario '{scenario.name}' has actuators: an exported controller supports only the robot's own winches"
-        )
+    require(scenario, "native" if motion else "controller_fmu")
     known, chosen = registry(), chosen_plugins(scenario)
     step, gravity = scenario.simulation.control_step, np.array(scenario.world.gravity)
     controller = chosen["controller"].make(scenario.robot, gravity, step, scenario.controller_options)

@@ -253,7 +253,10 @@ def test_unsupported_exports_are_reported(arguments, said, tmp_path, monkeypatch
 
 @pytest.mark.parametrize(
     ("name", "said"),
-    [("spherical", "its events are not exported: wrench at 1.6 s"), ("winch", "are not exported without --with-winch")],
+    [
+        ("spherical", "left out: events: not exported (wrench at 1.6 s)"),
+        ("winch", "exported without --with-winch"),
+    ],
 )
 def test_remaining_files_are_reported(name, said, tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path))

@@ -30,18 +30,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
 from cdpr.log.event import Event
 from cdpr.scenario.events.event import ScenarioEvent, WrenchProfile, first_sample
 from cdpr.base.fields import Positive, unit
+from cdpr.base.needs import Needs, of_event
 
 
 class Gust(ScenarioEvent):
     """Wind along x, from its time on."""
 
+    needs: ClassVar[Needs] = of_event()
     type: Literal["gust"] = Field(description="wind along x")
     speed: Positive = Field(description="speed of the air", json_schema_extra=unit("m/s"))
 
@@ -70,12 +72,13 @@ MOTION = '''\
 
 from __future__ import annotations
 
-from typing import Literal, Self
+from typing import ClassVar, Literal, Self
 
 from pydantic import Field
 
 from cdpr import trajectory
 from cdpr.base.fields import Positive, unit
+from cdpr.base.needs import Needs, of_motion
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide, Posed
 from cdpr.scenario.motions.motion import Motion, Pose, Report, pose, posed
@@ -85,6 +88,7 @@ from cdpr.base.problems import Path
 class Rise(Motion):
     """Straight up, and then held."""
 
+    needs: ClassVar[Needs] = of_motion()
     type: Literal["rise"] = Field(description="straight up")
     height: Positive = Field(description="how far", json_schema_extra=unit("m"))
     at: Pose = Field(Pose(), description="where it begins")

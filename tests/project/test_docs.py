@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import teaching
 import thesis
+import works_where
 import yaml
 from click.testing import CliRunner
 from conftest import ROOT
@@ -21,7 +22,7 @@ from plants import installed
 from cdpr.ui.cli import cli
 
 DOCS = ROOT / "docs"
-SCRIPTS = {"thesis.md": thesis, "teaching.md": teaching, "columns.md": columns}
+SCRIPTS = {"thesis.md": thesis, "teaching.md": teaching, "columns.md": columns, "works_where.md": works_where}
 ROWS = thesis.results()
 STUDY = yaml.safe_load(thesis.STUDY.read_text())
 BELIEF = yaml.safe_load(thesis.BELIEF.read_text())

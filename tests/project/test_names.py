@@ -51,6 +51,7 @@ OTHERS = [
     Other("limits", "cdpr.ui.report.text.distributions", "the heading of a row"),
     Other("limits", "cdpr.scenario.events.target", "its key, as that of the motion `jerk_limited`"),
     Other("limits", "cdpr.scenario.motions.gcode", "its key, as that of the motion `jerk_limited`"),
+    Other("limits", "cdpr.scenario.schema", "a key of scenarios"),
     Other("target", "cdpr.simulation.live", "a method"),
     Other("set", "cdpr.simulation.live", "a method"),
     Other("set", "cdpr.ui.gui.editor.fields", "a kind of field: several of a few"),

@@ -10,6 +10,7 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
+from cdpr.base.needs import EVERYWHERE, Needs
 from cdpr.cables.exit import Exit
 from cdpr.base.fields import Vector3
 
@@ -18,6 +19,7 @@ class Ring(Exit):
     """A ring on a rail along x, y or z."""
 
     header: ClassVar[str] = "cdpr/cables/ring/ring.hpp"
+    needs: ClassVar[Needs] = EVERYWHERE
     type: Literal["ring"] = Field(description="a ring that slides on a rail")
     rail: Vector3 = Field(description="direction of the rail, of length 1")
 
@@ -31,31 +33,35 @@ class Ring(Exit):
 SPRING = '''\
 """A spring in each cable, of constant stiffness however much cable there is."""
 
+from cdpr.base.needs import EVERYWHERE
 from cdpr.cables.chain import Number, Span
 from cdpr.base.fields import Positive
 
 RATE = Number("cable.spring_rate", Positive, "N/m", "spring rate, force per stretch")
-SPRING = Span(header="cdpr/cables/spring/spring.hpp", numbers=(RATE,))
+SPRING = Span(header="cdpr/cables/spring/spring.hpp", numbers=(RATE,), needs=EVERYWHERE)
 '''
 
 GEARED = '''\
 """A drum behind a gear without friction: the motor's tension is that of the command, times the ratio."""
 
+from cdpr.base.needs import EVERYWHERE
 from cdpr.cables.chain import Number, Winch
 from cdpr.cables.drum import INERTIA, RADIUS
 from cdpr.base.fields import Positive
 
 RATIO = Number("winch.gear", Positive, "", "gear ratio")
-GEARED = Winch(header="cdpr/cables/geared/geared.hpp", numbers=(RADIUS, INERTIA, RATIO))
+GEARED = Winch(header="cdpr/cables/geared/geared.hpp", numbers=(RADIUS, INERTIA, RATIO), needs=EVERYWHERE)
 '''
 
 HEAVY = '''\
 """An elastic cable that sags a little, as a parabola: its chord's tension, and half of its weight at each end."""
 
+from cdpr.base.needs import EVERYWHERE
 from cdpr.cables.chain import LINEAR_DENSITY, Span
 from cdpr.cables.elastic import AXIAL_STIFFNESS
 
-HEAVY = Span(header="cdpr/cables/heavy/heavy.hpp", numbers=(AXIAL_STIFFNESS, LINEAR_DENSITY), bends=True)
+NUMBERS = (AXIAL_STIFFNESS, LINEAR_DENSITY)
+HEAVY = Span(header="cdpr/cables/heavy/heavy.hpp", numbers=NUMBERS, bends=True, needs=EVERYWHERE)
 '''
 
 HEADER = """\

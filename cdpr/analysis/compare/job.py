@@ -21,6 +21,7 @@ from cdpr.config.problems import judged
 from cdpr.log.run_folder import claim, folder_name
 from cdpr.log.run_json import to_json
 from cdpr.scenario.loader import AnyScenario, load_scenario
+from cdpr.scenario.needs import require
 from cdpr.scenario.repeatable import check_repeatable
 
 RUNS = "runs"
@@ -91,6 +92,7 @@ def compare_scenario(
     for note in (*scenario.notes, *judged(scenario.warnings, strict=strict)):
         say(note)
     check_repeatable(scenario, "a comparison")
+    require(scenario, "compare")
     chosen = field(scenario, backends)
     names = list(dict.fromkeys(solvers or [scenario.solver.type]))
     for name in names:

@@ -26,6 +26,7 @@ from cdpr.native.operations import LANES
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.scenario import Scenario
 from cdpr.scenario.loader import AnyScenario
+from cdpr.scenario.needs import require
 from cdpr.scenario.repeatable import check_repeatable
 from cdpr.simulation.branches import Snapshot
 from cdpr.simulation.live import ExclusiveAccess
@@ -89,6 +90,7 @@ class Batch:
         values = {} if vary is None else values_of(vary, n, seed, overrides, chosen, "Batch")
         base = chosen_scenario(scenario, backend, solver, controller, overrides)
         check_repeatable(base, "a batch")
+        require(base, "rollout")
         self._plan = plan = Plan(base, tuple(values), 0, ())
         self._at_work, self._closed = Lock(), False
         self._rows = np.full((plan.layout.width, n), np.nan)

@@ -33,6 +33,7 @@ from cdpr.plugins.classes import PluginFile
 from cdpr.plugins.registry import plugin_files, use_files
 from cdpr.scenario import Scenario
 from cdpr.scenario.loader import AnyScenario
+from cdpr.scenario.needs import require, supported
 from cdpr.scenario.repeatable import check_repeatable
 from cdpr.simulation.build import build
 from cdpr.simulation.columns import chosen_plugins
@@ -120,6 +121,7 @@ def rollout(
         raise CdprError("rollout: a class does not go with scheduler: put it into a file for --plugin, or install it")
     base = chosen_scenario(scenario, backend, solver, controller, overrides)
     check_repeatable(base, "a rollout")
+    require(base, "rollout")
     plan = Plan(base, tuple(values), _every(every, base), _columns(columns, base))
     compiled = _compiled(plan, [given[0] for given in values.values()])
     if threads is not None and (isinstance(threads, bool) or not isinstance(threads, int) or threads < 1):
@@ -210,7 +212,7 @@ def _compiled(plan: Plan, first: Sequence[Any]) -> bool:
         parts.backend.close()
     entry = chosen_plugins(scenario)["backend"]
     options = scenario.backend_options(scenario.simulation.backend)
-    return not interpreted and bool(entry.properties(options).get("threads")) and scenario.actuators is None  # type: ignore[arg-type]
+    return not interpreted and bool(entry.properties(options).get("threads")) and supported(scenario, "threads")  # type: ignore[arg-type]
 
 
 def _about(plan: Plan, values: Mapping[str, Sequence[Any]], n: int) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from cdpr.base.needs import EVERYWHERE
 from cdpr.cables.chain import Winch
 
-DIRECT = Winch(header="cdpr/cables/direct/direct.hpp", immediate=True)
+DIRECT = Winch(header="cdpr/cables/direct/direct.hpp", immediate=True, needs=EVERYWHERE)

@@ -14,6 +14,7 @@ would be subtracted.
 from __future__ import annotations
 
 from cdpr.base.fields import NonNegative, Positive
+from cdpr.base.needs import of_winch
 from cdpr.cables.chain import Number, Winch
 
 RADIUS = Number("winch.drum_radius", Positive, "m", "radius of the drum: unstretched cable that it winds, per radian")
@@ -39,4 +40,4 @@ NUMBERS = (
     ),
 )
 
-DRUM = Winch(header="cdpr/cables/drum/drum.hpp", numbers=NUMBERS)
+DRUM = Winch(header="cdpr/cables/drum/drum.hpp", numbers=NUMBERS, needs=of_winch())

@@ -13,9 +13,10 @@ shorter physics step if impacts matter.
 from __future__ import annotations
 
 from cdpr.base.fields import NonNegative, Positive
+from cdpr.base.needs import of_winch
 from cdpr.cables.chain import Number, Span
 
 AXIAL_STIFFNESS = Number("cable.axial_stiffness", Positive, "N", "axial stiffness, the product E A")
 DAMPING = Number("cable.damping", NonNegative, "N s/m", "damping along the cable", 0.0)
 
-ELASTIC = Span(header="cdpr/cables/elastic/elastic.hpp", numbers=(AXIAL_STIFFNESS, DAMPING))
+ELASTIC = Span(header="cdpr/cables/elastic/elastic.hpp", numbers=(AXIAL_STIFFNESS, DAMPING), needs=of_winch())

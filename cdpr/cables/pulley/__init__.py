@@ -27,8 +27,10 @@ from numpy.typing import NDArray
 from pydantic import Field, field_validator
 
 from cdpr.base.fields import NonNegative, Vector3, unit
+from cdpr.base.needs import Needs, depends
 from cdpr.cables.exit import Exit
 
+AS_POINT = depends("MJCF and SDF legs require --pulleys-as-points; other models omit and report pulleys")
 OUTLINE = 32  # corners of the drawn circle
 
 UP: Vector3 = (0.0, 0.0, 1.0)
@@ -37,6 +39,7 @@ UP: Vector3 = (0.0, 0.0, 1.0)
 class Pulley(Exit):
     """Swivelling pulley."""
 
+    needs: ClassVar[Needs] = Needs(backend={"exits": "pulley"}, mjcf=AS_POINT, sdf=AS_POINT, urdf=AS_POINT)
     header: ClassVar[str] = "cdpr/cables/pulley/pulley.hpp"
     type: Literal["pulley"] = Field("pulley", description="swivels about the line on which its cable arrives")
     radius: NonNegative = Field(

@@ -21,6 +21,7 @@ from cdpr.log.reader import load_run
 from cdpr.log.run import Run
 from cdpr.scenario import load_scenario
 from cdpr.scenario.loader import AnyRobot, robot_or_scenario
+from cdpr.scenario.needs import omitted as left_out_of
 from cdpr.scenario.option_migration import outside
 
 PACKAGES, NATIVE = "ros2", "native"  # folders, not files
@@ -88,14 +89,13 @@ def _packages(what: Any, to: str, out: str | os.PathLike[str] | None, force: boo
         _, omitted = write_ros2(scenario, target)
     else:
         write_native(scenario, target, force)
-        if scenario.events:
-            omitted = ["events: only their effect on the desired motion is exported"]
+        omitted = left_out_of(scenario, "native")
     _warn(omitted)
     return target
 
 
 def _model(what: AnyRobot, to: str, out: str | os.PathLike[str] | None, force: bool, options: dict[str, str]) -> Path:
-    subject = begin(robot_or_scenario(what))
+    subject = begin(robot_or_scenario(what), to)
     target = _output(f"{name_from(subject.robot.name)}{TARGETS[to].ending}" if out is None else out)
     text = text_of(subject, to, Options(**options))
     if target.exists() and not force:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from importlib import import_module
 
@@ -19,7 +19,7 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.model.shapes import Box, Cylinder, Mesh, Sphere
 from cdpr.scenario import Scenario
-from cdpr.scenario.events import ScenarioEvent
+from cdpr.scenario.needs import omitted, require
 from cdpr.scenario.schema import World
 
 PLATFORM = "#4878a8"  # default colour
@@ -38,16 +38,14 @@ class Subject:
         gravity: (3,), m/s^2, world frame.
         state: (13,), state of the platform's origin, world frame.
         step: physics step, s.
-        actuated: True if actuators of the scenario (an FMU) drive its cables.
-        events: events of the scenario, each as "TYPE at TIME s".
+        omitted: what each format of `TARGETS` leaves out of the scenario.
     """
 
     robot: Robot
     gravity: Array
     state: Array
     step: float
-    actuated: bool = False
-    events: tuple[str, ...] = ()
+    omitted: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -116,15 +114,14 @@ def export(subject: Subject, to: str, options: Options | None = None) -> str:
 
 
 def left_out(subject: Subject, to: str) -> list[str]:
-    """Return parts that a format of `TARGETS` omits without an error: of cables, guides and events."""
+    """Return parts of cables, guides and scenarios that a format of `TARGETS` omits without an error."""
     wound, rolled = _wound(subject.robot), _rolled(subject.robot)
     floats = subject.robot.n < 6 and not TARGETS[to].guides
     return [
         *([f"the guide that leaves {', '.join(subject.robot.dof)} free: the platform floats there"] if floats else []),
-        *(["actuators: tensions are commands there"] if subject.actuated else []),
         *([f"winches and elasticity of {', '.join(wound)}"] if wound else []),
-        *([f"events of the scenario: {', '.join(subject.events)}"] if subject.events else []),
         *([f"pulleys of {', '.join(rolled)}: an anchor is where the cable arrives at its pulley"] if rolled else []),
+        *subject.omitted.get(to, ()),
     ]
 
 
@@ -199,16 +196,17 @@ def _along(direction: Array) -> Array:
     return np.asarray(q / np.linalg.norm(q))
 
 
-def begin(loaded: Scenario | Robot) -> Subject:
-    """Return a scenario's robot in its initial state, or a robot at rest at its home."""
+def begin(loaded: Scenario | Robot, to: str = "") -> Subject:
+    """Return a scenario's robot in its initial state, or a robot at rest at its home.
+
+    Raises:
+        ScenarioError: if the format `to`, if given, does not support a section of the scenario.
+    """
     if isinstance(loaded, Robot):
         state = np.concatenate([home_pose(loaded)[0], np.zeros(6)])
         return Subject(loaded, np.array(World().gravity), state, STEP)
+    if to:
+        require(loaded, to)
     gravity, step = np.array(loaded.world.gravity), loaded.simulation.physics_step
-    state, actuated = loaded.initial.state(), loaded.actuators is not None
-    return Subject(loaded.robot, gravity, state, step, actuated, events_of(loaded))
-
-
-def events_of(loaded: Scenario, chosen: Callable[[ScenarioEvent], bool] = lambda _: True) -> tuple[str, ...]:
-    """Return the chosen events of a scenario, each as "TYPE at TIME s"."""
-    return tuple(f"{event.type} at {event.time:g} s" for event in loaded.events if chosen(event))
+    left = {to: omitted(loaded, to) for to in TARGETS}
+    return Subject(loaded.robot, gravity, loaded.initial.state(), step, left)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field
 
 from cdpr.base.fields import NonNegative, unit
+from cdpr.base.needs import Needs, of_event
 from cdpr.log.event import Event
 from cdpr.scenario.events.event import ClearanceMonitor, History, ScenarioEvent, first_sample
 
@@ -15,6 +16,7 @@ from cdpr.scenario.events.event import ClearanceMonitor, History, ScenarioEvent,
 class Contact(ScenarioEvent):
     """Smallest clearance of the cables at or below a threshold, checked at each sample."""
 
+    needs: ClassVar[Needs] = of_event()
     type: Literal["contact"] = Field(
         default_factory=lambda: "contact",
         description="cables touch, or come too near to, each other, their platform or one of world.obstacles",

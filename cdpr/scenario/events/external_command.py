@@ -10,6 +10,7 @@ from pydantic import Field, PrivateAttr
 
 from cdpr.base.fields import NonNegative, unit
 from cdpr.base.files import ContentError
+from cdpr.base.needs import Needs, of_event
 from cdpr.log.event import Event
 from cdpr.scenario.events.commands import MAX_BYTES, Span, parsed
 from cdpr.scenario.events.event import History, ScenarioEvent
@@ -19,6 +20,7 @@ from cdpr.scenario.motions.motion import Report
 class ExternalCommand(ScenarioEvent):
     """Wrenches or tensions from a file that replace the output of controller or solver."""
 
+    needs: ClassVar[Needs] = of_event()
     files: ClassVar[tuple[str, ...]] = ("file",)
     type: Literal["outside"] = Field(
         default_factory=lambda: "outside",

@@ -9,6 +9,7 @@ from typing import ClassVar, Literal
 from pydantic import Field
 
 from cdpr.base.fields import NonNegative, Positive, unit
+from cdpr.base.needs import Needs, of_event
 from cdpr.config.problems import exact
 from cdpr.log.event import Event
 from cdpr.scenario.events.event import Action, CableEvent, EventActions, History, first_sample
@@ -74,6 +75,7 @@ class CableFault(CableEvent):
 class CableBreak(CableFault):
     """Cable break: the tension is 0 from then on."""
 
+    needs: ClassVar[Needs] = of_event()
     breaks: ClassVar[bool] = True
     fate: ClassVar[str] = "broken"
     left: ClassVar[float | None] = 0.0
@@ -93,6 +95,7 @@ class CableBreak(CableFault):
 class CableJam(CableFault):
     """Cable jam: the tension keeps its previous value, independent of commands and power."""
 
+    needs: ClassVar[Needs] = of_event()
     fate: ClassVar[str] = "jammed"
     left: ClassVar[float | None] = None
 

@@ -8,6 +8,7 @@ from typing import ClassVar, Literal
 from pydantic import Field, model_validator
 
 from cdpr.base.fields import Number, unit
+from cdpr.base.needs import Needs, of_event
 from cdpr.config.problems import exact
 from cdpr.log.event import Event
 from cdpr.scenario.events.event import Action, CableEvent, EventActions, History, first_sample
@@ -19,6 +20,7 @@ class TensionLimits(CableEvent):
     Changes at the same time apply together, independent of the order of events.
     """
 
+    needs: ClassVar[Needs] = of_event()
     changes_limits: ClassVar[bool] = True
 
     type: Literal["limits"] = Field(

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Literal
+from typing import ClassVar, Literal
 
 from pydantic import Field, model_validator
 
 from cdpr.base.fields import ZERO, NonNegative, Number, Positive, Vector3, unit
+from cdpr.base.needs import Needs, of_event
 from cdpr.config.problems import exact
 from cdpr.log.event import Event
 from cdpr.scenario.events.event import ScenarioEvent, WrenchProfile, first_sample
@@ -77,6 +78,7 @@ class Load(ScenarioEvent):
 class Wrench(Load):
     """Constant wrench: a push if it has a duration, otherwise a step; from time 0 on a constant load."""
 
+    needs: ClassVar[Needs] = of_event()
     type: Literal["wrench"] = Field(
         default_factory=lambda: "wrench", description="a constant force and moment on the platform"
     )
@@ -85,6 +87,7 @@ class Wrench(Load):
 class Sine(Load):
     """Sinusoidal wrench: force and moment times sin(2 pi frequency (t - begin) + phase)."""
 
+    needs: ClassVar[Needs] = of_event()
     type: Literal["sine"] = Field(
         default_factory=lambda: "sine",
         description="a force and moment on the platform that swing as a sine; sampled, and held over each control step",

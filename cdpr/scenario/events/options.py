@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import Field
 
 from cdpr.base.errors import CdprError
+from cdpr.base.needs import Needs, of_event
 from cdpr.base.problems import Path
 from cdpr.log.event import Event
 from cdpr.scenario.changes import Options, RefusedError
@@ -18,6 +19,7 @@ from cdpr.scenario.events.event import Action, EventActions, ScenarioEvent, firs
 class SetOption(ScenarioEvent):
     """Change of a controller or solver option, if its plugin declares it changeable."""
 
+    needs: ClassVar[Needs] = of_event()
     type: Literal["set"] = Field(
         default_factory=lambda: "set", description="an option of controller or solver gets another value"
     )

@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import AfterValidator, Field
 
 from cdpr.base.fields import ZERO, Positive, Vector3, unit
+from cdpr.base.needs import YES, Needs, of_event
 from cdpr.config.problems import exact
 from cdpr.log.event import Event
 from cdpr.mechanics.attachments import Attachment
@@ -35,6 +36,7 @@ class Payload(ScenarioEvent):
     of the payload comes from outside. When it is released, it takes its momentum with it.
     """
 
+    needs: ClassVar[Needs] = of_event(plant_fmu=YES, controller_fmu=YES)
     changes_mass: ClassVar[bool] = True
 
     type: Literal["payload"] = Field(

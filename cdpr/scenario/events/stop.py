@@ -8,6 +8,7 @@ from typing import ClassVar, Literal
 from pydantic import Field
 
 from cdpr.base.fields import Positive, unit
+from cdpr.base.needs import Needs, of_event
 from cdpr.config.problems import exact
 from cdpr.log.event import Event
 from cdpr.scenario.events.event import Action, EventActions, History, ScenarioEvent, first_sample
@@ -17,6 +18,7 @@ from cdpr.trajectory import Stopping, Trajectory
 class EmergencyStop(ScenarioEvent):
     """Emergency stop according to the stop categories of IEC 60204-1."""
 
+    needs: ClassVar[Needs] = of_event()
     overrides: ClassVar[bool] = True
 
     type: Literal["emergency_stop"] = Field(

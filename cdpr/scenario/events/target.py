@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Literal
+from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, model_validator
 
 from cdpr import trajectory
 from cdpr.base.fields import INITIAL, Position, Positive, unit
+from cdpr.base.needs import Needs, of_event
 from cdpr.base.problems import Path
 from cdpr.config.problems import exact
 from cdpr.log.event import Event
@@ -25,6 +26,7 @@ class Target(ScenarioEvent):
     It is a quintic: position, velocity and acceleration are continuous.
     """
 
+    needs: ClassVar[Needs] = of_event()
     type: Literal["target"] = Field(
         default_factory=lambda: "target",
         description="the desired motion leaves what it was going to do, goes to a pose without a jump in position, "

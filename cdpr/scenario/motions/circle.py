@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Literal, Self
+from typing import ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field
@@ -11,6 +11,7 @@ from pydantic import Field
 from cdpr import trajectory
 from cdpr.base import tolerances
 from cdpr.base.fields import INITIAL, NonNegative, Number, Position, Positive, Vector3, unit
+from cdpr.base.needs import Needs, of_motion
 from cdpr.base.problems import Path
 from cdpr.config.problems import exact
 from cdpr.scenario.initial import Initial
@@ -25,6 +26,7 @@ ON_THE_WAY = 12  # places per turn that are checked
 class Circle(Motion):
     """Circle or arc from rest to rest; its end is held."""
 
+    needs: ClassVar[Needs] = of_motion()
     type: Literal["circle"] = Field(default_factory=lambda: "circle", description="round a centre, from rest to rest")
     start: NonNegative = begins()
     duration: Positive = Field(description="duration of all turns", json_schema_extra=unit("s"))
@@ -125,6 +127,7 @@ class Circle(Motion):
 class Helix(Circle):
     """Circle that climbs along its axis."""
 
+    needs: ClassVar[Needs] = of_motion()
     type: Literal["helix"] = Field(
         default_factory=lambda: "helix", description="round an axis and along it, from rest to rest"
     )  # type: ignore[assignment]

@@ -12,6 +12,7 @@ from cdpr import trajectory
 from cdpr.base import tolerances
 from cdpr.base.fields import INITIAL, NonNegative
 from cdpr.base.files import ContentError
+from cdpr.base.needs import Needs, of_motion
 from cdpr.base.problems import Path
 from cdpr.model.robot import Array
 from cdpr.scenario.initial import Initial
@@ -29,6 +30,7 @@ class Csv(Motion):
     Missing rates are chosen as for waypoints: smooth at inner rows, zero at both ends.
     """
 
+    needs: ClassVar[Needs] = of_motion()
     files: ClassVar[tuple[str, ...]] = ("file",)
 
     type: Literal["csv"] = Field(

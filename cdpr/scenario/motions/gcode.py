@@ -13,6 +13,7 @@ from cdpr.base import tolerances
 from cdpr.base.errors import CdprError
 from cdpr.base.fields import INITIAL, ZERO, NonNegative, Position, Positive, Vector3, unit
 from cdpr.base.files import ContentError, CpuBudget, UnreadableError
+from cdpr.base.needs import Needs, of_motion
 from cdpr.base.problems import Path
 from cdpr.gcode import follow
 from cdpr.gcode import path as gcode_path
@@ -35,6 +36,7 @@ WordName = Annotated[str, Field(pattern=f"^({IGNORABLE})$")]
 class Gcode(Motion):
     """Motion along the lines and arcs of a G-code file, from the initial position, with constant attitude."""
 
+    needs: ClassVar[Needs] = of_motion()
     files: ClassVar[tuple[str, ...]] = ("file",)
 
     type: Literal["gcode"] = Field(

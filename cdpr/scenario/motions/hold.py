@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Literal, Self
+from typing import ClassVar, Literal, Self
 
 from pydantic import Field
 
 from cdpr import trajectory
 from cdpr.base.fields import INITIAL, Position, unit
+from cdpr.base.needs import Needs, of_motion
 from cdpr.base.problems import Path
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide, Posed
@@ -18,6 +19,7 @@ from cdpr.scenario.orientation import Orientation
 class Hold(Motion):
     """Constant pose."""
 
+    needs: ClassVar[Needs] = of_motion()
     type: Literal["hold"] = Field("hold", description="hold one pose")
     position: Position = Field(
         INITIAL,

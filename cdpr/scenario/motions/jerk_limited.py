@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import Literal, Self
+from typing import ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field
 
 from cdpr import trajectory
 from cdpr.base.fields import INITIAL, NonNegative, Position, Positive, Section, unit
+from cdpr.base.needs import Needs, of_motion
 from cdpr.base.problems import Path
 from cdpr.model import rotations
 from cdpr.scenario.initial import Initial
@@ -47,6 +48,7 @@ class AngularLimits(Section):
 class JerkLimited(Motion):
     """Straight moves from stop to stop, as fast as the limits allow; the last pose is held."""
 
+    needs: ClassVar[Needs] = of_motion()
     type: Literal["jerk_limited"] = Field(
         default_factory=lambda: "jerk_limited", description="straight moves from stop to stop, as fast as limits allow"
     )

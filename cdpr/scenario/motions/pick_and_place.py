@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Literal, Self
+from typing import ClassVar, Literal, Self
 
 from pydantic import Field
 
 from cdpr import trajectory
 from cdpr.base.fields import NonNegative, Positive, unit
+from cdpr.base.needs import Needs, of_motion
 from cdpr.base.problems import Path
 from cdpr.config.problems import exact
 from cdpr.scenario.initial import Initial
@@ -18,6 +19,7 @@ from cdpr.scenario.motions.motion import Motion, Pose, Report, begins, pose, pos
 class PickAndPlace(Motion):
     """Motion up, across and down with continuous acceleration; its end is held."""
 
+    needs: ClassVar[Needs] = of_motion()
     type: Literal["pick_and_place"] = Field(
         default_factory=lambda: "pick_and_place", description="an arch: up, across and down as one smooth motion"
     )

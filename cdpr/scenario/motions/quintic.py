@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Literal, Self
+from typing import ClassVar, Literal, Self
 
 from pydantic import Field
 
 from cdpr import trajectory
 from cdpr.base.fields import ZERO, NonNegative, Positive, Vector3, unit
+from cdpr.base.needs import Needs, of_motion
 from cdpr.base.problems import Path
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions.guide import Guide, Posed
@@ -26,6 +27,7 @@ class Knot(Pose):
 class Quintic(Motion):
     """Single move by polynomials of degree five; its end is held."""
 
+    needs: ClassVar[Needs] = of_motion()
     type: Literal["quintic"] = Field(
         default_factory=lambda: "quintic", description="one move by polynomials of degree five"
     )

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Literal, Self
+from typing import ClassVar, Literal, Self
 
 from pydantic import Field
 
 from cdpr import trajectory
 from cdpr.base.fields import INITIAL, ZERO, NonNegative, Position, Section, Vector3, unit
+from cdpr.base.needs import Needs, of_motion
 from cdpr.base.problems import Path
 from cdpr.config.problems import exact
 from cdpr.scenario.initial import Initial
@@ -43,6 +44,7 @@ class Waypoint(Section):
 class Waypoints(Motion):
     """Smooth path through poses at given times; the last pose is held."""
 
+    needs: ClassVar[Needs] = of_motion()
     type: Literal["waypoints"] = Field(
         default_factory=lambda: "waypoints", description="a smooth path through several poses"
     )

@@ -104,11 +104,11 @@ def _packages(file: str, changes: tuple[str, ...], out: Path | None) -> tuple[Pa
 
 def _native(file: str, changes: tuple[str, ...], out: Path | None, force: bool) -> tuple[Path, dict[str, int]]:
     from cdpr.formats.write.native import write_native
+    from cdpr.scenario.needs import omitted
     from cdpr.ui.cli.load import print_lines
 
     loaded = _scenario(file, changes, f"{NATIVE} requires a scenario (for its controller), got a robot")
-    if loaded.events:
-        print_lines(["events: only their effect on the desired motion is exported"])
+    print_lines(f"left out: {each}" for each in omitted(loaded, "native"))
     out = out or Path(f"{loaded.name}_native")
     return out, {"files": len(write_native(loaded, out, force))}
 
@@ -135,7 +135,7 @@ def _robot(
 
     if is_run(file):
         raise CdprError(f"{file}: {to} is for robots and scenarios, and this is a run: {', '.join(TABLES)}")
-    subject = begin(load_with_warnings(file, changes))
+    subject = begin(load_with_warnings(file, changes), to)
     text = export(subject, to, Options(**given))
     print_lines(f"left out: {each}" for each in left_out(subject, to))
     out = out or Path(f"{subject.robot.name}{TARGETS[to].ending}")

@@ -70,9 +70,9 @@ def command(
 
     from cdpr.cables import ACTUATED, immediate, with_model
     from cdpr.fmu.export import NATIVE, Actuator, Controller, Load, Model, Plant, write_fmu
-    from cdpr.formats.write.export_model import events_of
     from cdpr.mechanics.kinematics import make_state
     from cdpr.mechanics.properties import home_pose
+    from cdpr.scenario.needs import omitted, require
 
     if with_winch and only_winch:
         raise click.UsageError("--with-winch and --only-winch exclude each other")
@@ -87,6 +87,10 @@ def command(
     if step is not None and not 0.0 < step < np.inf:
         raise click.BadParameter(f"expected a finite number greater than 0 (s), got {step:g}", param_hint="--step")
     if isinstance(loaded, Scenario):
+        use = "bare_controller_fmu" if controller else "controller_fmu" if with_controller else "plant_fmu"
+        require(loaded, use)
+        for line in omitted(loaded, use):
+            click.echo(f"{file}: left out: {line}", err=True)
         robot, gravity, state = loaded.robot, loaded.gravity, loaded.initial.state()
         step = step or loaded.simulation.physics_step
         if only_winch and loaded.actuators is not None:
@@ -95,16 +99,13 @@ def command(
         pose, _ = home_pose(loaded)
         robot, gravity, state = loaded, np.array(World().gravity), make_state(pose[:3], pose[3:])
     step = step or DEFAULT_STEP
+    if not (controller or with_winch or only_winch or immediate(robot)):
+        click.echo(f"{file}: its winches are not exported without --with-winch: tensions act at once", err=True)
     control = None
     if isinstance(loaded, Scenario) and (controller or with_controller):
         from cdpr.simulation.exported import control_of
 
         control = control_of(loaded)
-        omitted = events_of(loaded, lambda event: controller or not event.changes_mass)
-        if omitted:
-            click.echo(f"{file}: its events are not exported: {', '.join(omitted)}", err=True)
-        if not (controller or with_winch or immediate(robot)):
-            click.echo(f"{file}: its winches are not exported without --with-winch: tensions act at once", err=True)
     model: Model
     if control and controller:
         model = Controller(control)

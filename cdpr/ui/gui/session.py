@@ -24,6 +24,7 @@ from cdpr.scenario.events import ScenarioEvent, first_sample
 from cdpr.scenario.events.faults import CableFault
 from cdpr.scenario.events.limits import TensionLimits
 from cdpr.scenario.events.loads import Wrench
+from cdpr.scenario.needs import require
 from cdpr.simulation import Simulation
 from cdpr.simulation.events import MOST
 from cdpr.simulation.runner import SESSION_NAME
@@ -51,6 +52,7 @@ class SimulationSession:
     """
 
     def __init__(self, scenario: Scenario, broadcast: Broadcast) -> None:
+        require(scenario, "live")
         self.scenario = scenario
         self._broadcast, self._drawing = broadcast, Drawing(scenario)
         self._kept = ExitStack()

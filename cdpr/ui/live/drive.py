@@ -13,6 +13,7 @@ from cdpr.log.run import Run
 from cdpr.log.run_folder import RunFolder
 from cdpr.scenario import Scenario
 from cdpr.scenario.events import first_sample
+from cdpr.scenario.needs import require
 from cdpr.simulation.driver import WAITS, Driver, checked_speed
 from cdpr.simulation.requests import Level, Request
 from cdpr.simulation.simulation import Simulation
@@ -111,4 +112,5 @@ def drive(
     Raises:
         CdprError: as `cdpr.simulate` does.
     """
+    require(scenario, "live")
     return LiveDriver(scenario, out, link, speed, rate).run(progress)

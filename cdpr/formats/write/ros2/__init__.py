@@ -18,6 +18,7 @@ from cdpr.formats.write.native import HEADER, NUMBERS, native_files
 from cdpr.log.files import replace
 from cdpr.scenario import Scenario
 from cdpr.scenario.named_files import files_of_scenario
+from cdpr.scenario.needs import omitted, require
 
 FILES = Path(__file__).parent / "files"
 
@@ -72,8 +73,10 @@ def packages(scenario: Scenario) -> tuple[dict[str, bytes], list[str]]:
     """Return the contents of all files by path, and omitted items, each with the reason.
 
     Raises:
+        ScenarioError: if packages do not support a section of the scenario.
         FormatError: if the scenario references other files.
     """
+    require(scenario, "ros2")
     text = scenario.resolved_yaml()
     for key, file in files_of_scenario(yaml.safe_load(text), scenario.plugins):
         raise FormatError(
@@ -97,6 +100,8 @@ def packages(scenario: Scenario) -> tuple[dict[str, bytes], list[str]]:
         found[f"{name}_control/src/{HEADER}"] = native[HEADER]
         found[f"{name}_control/config/{NUMBERS}"] = native[NUMBERS]
         layout = LAYOUT | CONTROL
+        left_out += [f"of the controller as a C++ node: {each}" for each in omitted(scenario, "native")]
+    left_out += omitted(scenario, "ros2")
     for source, path in layout.items():
         template = (FILES / f"{source}.in").read_text(encoding="utf-8")
         filled = template.replace("@PACKAGE@", name).replace("@DESCRIPTION@", description)

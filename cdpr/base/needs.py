@@ -1,0 +1,151 @@
+"""Support that a section of a scenario needs from exports, backends and other users of scenarios.
+
+Each section declares its needs in the class attribute `needs`: one `Needs` for the section as a whole, or one for each
+of its keys. Kinds of sections (events, motions, exits) and parts of cables declare one each. `cdpr.scenario.needs`
+reads the declarations; whatever declares nothing is rejected by every use.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from types import MappingProxyType
+from typing import Any, Literal
+
+Level = Literal["yes", "left out", "no", "depends", "-"]
+
+
+@dataclass(frozen=True)
+class Support:
+    """Support of a section by one use.
+
+    Attributes:
+        level: "yes"; "left out", which the use reports; "no", so that it rejects the section; "depends" on
+            options of the use, which itself rejects or reports it; "-" if the section does not concern the use.
+        why: reason or limitation, a clause for messages; "" without one.
+    """
+
+    level: Level
+    why: str = ""
+
+
+YES = Support("yes")
+UNCONCERNED = Support("-")
+
+
+def left_out(why: str) -> Support:
+    """Return the support of a use that omits a section and reports that."""
+    return Support("left out", why)
+
+
+def no(why: str) -> Support:
+    """Return the support of a use that rejects a section."""
+    return Support("no", why)
+
+
+def depends(why: str) -> Support:
+    """Return the support of a use that depends on its options; the use itself rejects or reports the section."""
+    return Support("depends", why)
+
+
+# Uses of scenarios, with their names in messages. Each is a field of `Needs`.
+USES: Mapping[str, str] = MappingProxyType(
+    {
+        "plant_fmu": "an exported FMU without controller",
+        "controller_fmu": "an exported FMU with controller",
+        "bare_controller_fmu": "an exported FMU of the controller alone",
+        "native": "the export for real-time programs",
+        "ros2": "the export as ROS 2 packages",
+        "mjcf": "MJCF",
+        "sdf": "SDF",
+        "urdf": "URDF",
+        "rollout": "a rollout",
+        "threads": "a rollout on several threads",
+        "live": "a live run",
+        "compare": "a comparison of engines",
+    }
+)
+
+
+@dataclass(frozen=True)
+class Needs:
+    """Needs of a section or part: its support by each use, and the required features of plugins.
+
+    Attributes:
+        plant_fmu, controller_fmu, bare_controller_fmu, native, ros2, mjcf, sdf, urdf, rollout, threads, live, compare:
+            support by each of `USES`.
+        backend: required entries of list properties of the backend, such as {"exits": "pulley"}.
+        controller: the same for the controller.
+
+    Example:
+        >>> from cdpr.base.needs import Needs, no
+        >>> Needs(native=no("it has no clock")).support("native").why
+        'it has no clock'
+    """
+
+    plant_fmu: Support = YES
+    controller_fmu: Support = YES
+    bare_controller_fmu: Support = YES
+    native: Support = YES
+    ros2: Support = YES
+    mjcf: Support = YES
+    sdf: Support = YES
+    urdf: Support = YES
+    rollout: Support = YES
+    threads: Support = YES
+    live: Support = YES
+    compare: Support = YES
+    backend: Mapping[str, str] = field(default_factory=dict, hash=False)
+    controller: Mapping[str, str] = field(default_factory=dict, hash=False)
+
+    def support(self, use: str) -> Support:
+        """Return the support by one of `USES`."""
+        found: Support = getattr(self, use)
+        return found
+
+
+def of_run(**others: Support) -> Needs:
+    """Return the needs of what concerns runs only, not exported plants and models; `others` override them."""
+    exports = ("plant_fmu", "controller_fmu", "bare_controller_fmu", "native", "mjcf", "sdf", "urdf")
+    return _but({**dict.fromkeys(exports, UNCONCERNED), **others})
+
+
+def of_control(**others: Support) -> Needs:
+    """Return the needs of what concerns runs and exported controllers, not plants and models."""
+    plants = ("plant_fmu", "mjcf", "sdf", "urdf")
+    return _but({**dict.fromkeys(plants, UNCONCERNED), **others})
+
+
+def of_motion(**others: Support) -> Needs:
+    """Return the needs of a desired motion: an input of exported FMUs, and part of exported real-time controllers."""
+    return of_control(**{"controller_fmu": UNCONCERNED, "bare_controller_fmu": UNCONCERNED, **others})
+
+
+def of_event(**others: Support) -> Needs:
+    """Return the needs of an event: exports omit it, except packages that contain the scenario."""
+    apart = left_out("not exported")
+    exports = "plant_fmu", "controller_fmu", "bare_controller_fmu", "mjcf", "sdf", "urdf"
+    native = left_out("only their effect on the desired motion is exported")
+    return _but({**dict.fromkeys(exports, apart), "native": native, **others})
+
+
+def of_winch() -> Needs:
+    """Return the needs of a winch, or of a cable that is not ideal."""
+    with_winch = depends("FMUs contain winches only with --with-winch; a message reports that")
+    ideal_only = depends("MJCF rejects winches and elastic cables; SDF and URDF omit and report them")
+    return Needs(plant_fmu=with_winch, controller_fmu=with_winch, mjcf=ideal_only, sdf=ideal_only, urdf=ideal_only)
+
+
+EVERYWHERE = Needs()
+
+
+def declared(*names: str) -> dict[str, Needs]:
+    """Return the needs of fields that are supported everywhere."""
+    return dict.fromkeys(names, EVERYWHERE)
+
+
+def _but(levels: Mapping[str, Any]) -> Needs:
+    return replace(EVERYWHERE, **levels)
+
+
+UNDECLARED = _but(dict.fromkeys(USES, no("its class declares no `needs`")))

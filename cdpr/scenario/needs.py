@@ -1,0 +1,194 @@
+"""Needs of the sections of a scenario, as their classes declare them (see `cdpr.base.needs`)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, get_args
+
+from pydantic.fields import FieldInfo
+
+from cdpr.base.fields import Kind, Section
+from cdpr.base.kinds import Kinds
+from cdpr.base.needs import UNCONCERNED, UNDECLARED, USES, Needs
+from cdpr.base.problems import Path, dotted
+from cdpr.cables import MODELS
+from cdpr.cables.chain import Chain
+from cdpr.config.problems import Problems
+from cdpr.scenario.content import Content
+
+
+def require(scenario: Content, use: str) -> None:
+    """Raise ScenarioError unless a use, one of `USES`, supports all sections of a scenario that are in use."""
+    problems = Problems()
+    for path, needs, value in in_use(scenario):
+        support = needs.support(use)
+        if support.level == "no":
+            why = f": {support.why}" if support.why else ""
+            text = f"not supported by {USES[use]}{why}; {_remedy(path, value)}"
+            problems.add(scenario.mark(*path), path, text)
+    problems.raise_any()
+
+
+def supported(scenario: Content, use: str) -> bool:
+    """Return True if a use, one of `USES`, supports all sections of a scenario that are in use."""
+    return all(needs.support(use).level != "no" for _, needs, _ in in_use(scenario))
+
+
+def omitted(scenario: Content, use: str) -> list[str]:
+    """Return what a use, one of `USES`, leaves out: one line for each section and reason."""
+    found: dict[tuple[str, str], list[str]] = {}
+    for path, needs, value in in_use(scenario):
+        support = needs.support(use)
+        if support.level == "left out":
+            listed = any(isinstance(part, int) for part in path)
+            key = dotted(path[: next(i for i, part in enumerate(path) if isinstance(part, int))] if listed else path)
+            found.setdefault((key, support.why), []).extend([_title(value)] if listed else [])
+    return [f"{key}: {why}{_in_brackets(titles)}" for (key, why), titles in found.items()]
+
+
+def lacking(scenario: Content, role: str, properties: Mapping[str, object]) -> Iterator[tuple[Path, str]]:
+    """Yield the path of each section that needs a feature which a "backend" or "controller" does not declare.
+
+    Args:
+        scenario: scenario.
+        role: "backend" or "controller".
+        properties: declared properties of the plugin.
+
+    Yields:
+        Path of the section, and the missing feature, such as "features: contact".
+    """
+    for path, needs, _ in in_use(scenario):
+        required: Mapping[str, str] = getattr(needs, role)
+        for name, entry in required.items():
+            declared = properties.get(name, ())
+            if not isinstance(declared, tuple | list) or entry not in declared:
+                yield path, f"{name}: {entry}"
+
+
+def in_use(scenario: Content) -> Iterator[tuple[Path, Needs, Any]]:
+    """Yield path, needs and value of each section and key that is not at its default."""
+    yield from _walk(scenario.sections, ())
+    robot = scenario.sections.robot
+    for i, cable in enumerate(robot.cables):
+        path: Path = ("robot", "cable", "model") if cable.model is None else ("robot", "cables", i, "model")
+        model = cable.model or robot.cable.model
+        for needs in _of_chain(MODELS[model]):
+            yield path, needs, model
+
+
+def _walk(section: Section, path: Path) -> Iterator[tuple[Path, Needs, Any]]:
+    for name, info in type(section).model_fields.items():
+        value = getattr(section, name)
+        if value is None or value == _default(info, section):
+            continue
+        here = (*path, info.alias or name)
+        declared = declared_needs(type(section), name)
+        items = [(i, part) for i, part in enumerate(value) if isinstance(part, Section)] if _is_list(value) else []
+        if declared is not None:
+            yield here, declared, value
+        elif isinstance(value, Section):
+            yield from _of_section(value, here)
+        elif items:
+            for i, part in items:
+                yield from _of_section(part, (*here, i))
+        else:
+            yield here, UNDECLARED, value
+
+
+def _of_section(section: Section, path: Path) -> Iterator[tuple[Path, Needs, Any]]:
+    """Yield the needs of a section as a whole, or of its keys."""
+    whole = needs_of(type(section))
+    if isinstance(whole, Needs):
+        yield path, whole, section
+    else:
+        yield from _walk(section, path)
+
+
+def needs_of(model: type[Section]) -> Needs | Mapping[str, Needs] | None:
+    """Return the declaration of a section: for the whole, or by key; None without one.
+
+    A kind of section must declare its own, because its base class does not know what it needs.
+    """
+    if issubclass(model, Kind):
+        own = vars(model).get("needs")
+        return own if isinstance(own, Needs) else UNDECLARED
+    return model.needs
+
+
+def declared_needs(model: type[Section], name: str) -> Needs | None:
+    """Return the needs of a field of a section that declares them by key; None if it declares none."""
+    declared = needs_of(model)
+    return declared if isinstance(declared, Needs) else (declared or {}).get(name)
+
+
+def _of_chain(chain: Chain) -> Sequence[Needs]:
+    return [part.needs or UNDECLARED for part in (chain.winch, chain.span)]
+
+
+def declarations(model: type[Section], path: str = "") -> Iterator[tuple[str, Needs | None]]:
+    """Yield the dotted key and the needs of each key of a section; None if neither it nor its sections declare any."""
+    whole = needs_of(model)
+    if isinstance(whole, Needs):
+        yield path, None if whole is UNDECLARED else whole
+        return
+    for name, info in model.model_fields.items():
+        here, parts = f"{path}.{info.alias or name}".lstrip("."), list(parts_of(info))
+        needs = declared_needs(model, name)
+        if needs is not None or not parts:
+            yield here, needs
+            continue
+        for part in parts:
+            yield from declarations(part, f"{here}: {part.kind()}" if issubclass(part, Kind) else here)
+
+
+def part_declarations() -> Iterator[tuple[str, Needs | None]]:
+    """Yield key and needs of each cable model, once for its winch and once for its span."""
+    for name, chain in MODELS.items():
+        for part in (chain.winch, chain.span):
+            yield f"robot.cable.model: {name} {type(part).__name__.lower()}", part.needs
+
+
+def parts_of(info: FieldInfo) -> Iterator[type[Section]]:
+    """Yield the classes of sections of which the value of a field can consist."""
+    for each in (info.annotation, *info.metadata):
+        yield from _sections_in(each)
+
+
+def _sections_in(annotation: Any) -> Iterator[type[Section]]:
+    if isinstance(annotation, Kinds):
+        yield from annotation.values()
+    elif isinstance(annotation, type) and issubclass(annotation, Section):
+        if not issubclass(annotation, Kind) or "type" in vars(annotation).get("__annotations__", {}):
+            yield annotation
+    else:
+        for each in (*get_args(annotation), *getattr(annotation, "__metadata__", ())):
+            yield from _sections_in(each)
+
+
+def _default(info: FieldInfo, section: Section) -> Any:
+    if info.is_required():
+        return UNCONCERNED  # differs from every value
+    return info.get_default(call_default_factory=True, validated_data=dict(section))
+
+
+def _is_list(value: Any) -> bool:
+    return isinstance(value, list | tuple)
+
+
+def _remedy(path: Path, value: Any) -> str:
+    if isinstance(value, Kind) and not isinstance(path[-1], int):
+        return f"choose another type (--set {dotted(path)}.type=TYPE)"
+    if isinstance(value, str):
+        return f"choose another value (--set {dotted(path)}=VALUE)"
+    return "remove it from the file"
+
+
+def _title(value: Any) -> str:
+    """Return a short name of an item of a list, such as "wrench at 0.5 s"."""
+    kind, time = getattr(value, "type", ""), getattr(value, "time", None)
+    return (f"{kind} at {time:g} s" if isinstance(time, float | int) else kind) or str(getattr(value, "name", "") or "")
+
+
+def _in_brackets(titles: Sequence[str]) -> str:
+    given = [title for title in titles if title]
+    return f" ({', '.join(given)})" if given else ""
