@@ -81,6 +81,19 @@ def unit(symbol: str) -> dict[str, Any]:
     return {"unit": symbol}
 
 
+TAB = "x-tab"  # key of a JSON Schema: tab of a field, and its rank there
+
+
+def tab(name: str, rank: int = 0) -> dict[str, Any]:
+    """Return the tab of a field in the window and the documentation; fields of a lower rank come first.
+
+    Args:
+        name: tab, a key of `cdpr.scenario.sections.TABS`.
+        rank: rank in the tab; fields of the same rank are in the order of their class.
+    """
+    return {TAB: [name, rank]}
+
+
 def _moderate(value: float) -> float:
     if abs(value) > MAX_MAGNITUDE:
         raise ValueError(f"must lie between -{MAX_MAGNITUDE:g} and {MAX_MAGNITUDE:g}, got {value!r}")

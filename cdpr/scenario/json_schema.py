@@ -10,6 +10,7 @@ from __future__ import annotations
 import copy
 from typing import Any
 
+from cdpr.base.fields import TAB
 from cdpr.plugins.registry import Registry, Role, registry
 from cdpr.scenario.choices import CORE_KEYS, DEFAULT_TYPE
 from cdpr.scenario.nominal import ALTERNATIVE, KEY, WHOLE
@@ -113,6 +114,7 @@ def _tidy(node: Any, *, without_null: bool) -> Any:
     if not isinstance(node, dict):
         return node
     node = copy.copy(node)
+    node.pop(TAB, None)
     if isinstance(node.get("title"), str):
         del node["title"]
     if isinstance(node.get("unit"), str) and "description" in node:

@@ -18,6 +18,7 @@ from cdpr.base.fields import (
     Positive,
     Section,
     Vector3,
+    tab,
     unit,
 )
 from cdpr.base.needs import EVERYWHERE, Needs, declared, of_run
@@ -248,20 +249,32 @@ class RobotSection(Section):
         ALL_DOF,
         description="free directions of the platform, along and about the world's axes; a guide holds the others. "
         f"Allowed: {SOUND}",
+        json_schema_extra=tab("robot", 4),
     )
-    unilateral: bool = Field(True, description="cables only pull; false for rigid legs, which may also push")
+    unilateral: bool = Field(
+        True,
+        description="cables only pull; false for rigid legs, which may also push",
+        json_schema_extra=tab("robot", 4),
+    )
     platform: PlatformSection = Field(description="the moving rigid body")
     tension: TensionSection = Field(description="tension limits of all cables")
     frame: FrameSection | None = Field(
-        None, description="position of the robot's base in the world, and appearance of the frame"
+        None,
+        description="position of the robot's base in the world, and appearance of the frame",
+        json_schema_extra=tab("robot", 1),
     )
     home: Home | None = Field(None, description="default pose of analyses and default start of runs")
     cable: CablesSection = Field(
         CablesSection.model_construct(),
         description="common values of all cables; the values of a single cable override them",
+        json_schema_extra=tab("robot", 3),
     )
-    winch: WinchSection | None = Field(None, description="winch of every cable without its own")
-    cables: list[CableSection] = Field(min_length=1, max_length=MAX_CABLES, description="the cables, 256 at most")
+    winch: WinchSection | None = Field(
+        None, description="winch of every cable without its own", json_schema_extra=tab("robot", 3)
+    )
+    cables: list[CableSection] = Field(
+        min_length=1, max_length=MAX_CABLES, description="the cables, 256 at most", json_schema_extra=tab("robot", 2)
+    )
 
     def to_robot(self, folder: str = "", like: Robot | None = None) -> Robot:
         """Return the robot; `folder` is the base of its files. All but the platform is that of `like`, if given."""

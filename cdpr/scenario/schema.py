@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import AfterValidator, Field, PrivateAttr
 
 from cdpr.base.defaults import BACKEND, CONTROLLER, SOLVER
-from cdpr.base.fields import Name, Positive, Section, Vector3, unit
+from cdpr.base.fields import Name, Positive, Section, Vector3, tab, unit
 from cdpr.base.needs import EVERYWHERE, UNCONCERNED, Needs, left_out, no, of_control, of_run
 from cdpr.scenario.actuator_schema import Actuators
 from cdpr.scenario.appearance import ObstacleSection
@@ -150,41 +150,68 @@ class ScenarioSection(Section):
         "backend_options": of_run(),
     }
 
-    name: Name = Field("scenario", description="name of the scenario; default: the file's name")
-    robot: RobotSection = Field(description="robot file, relative to this file, or the robot itself")
+    name: Name = Field(
+        "scenario", description="name of the scenario; default: the file's name", json_schema_extra=tab("simulation")
+    )
+    robot: RobotSection = Field(
+        description="robot file, relative to this file, or the robot itself", json_schema_extra=tab("robot")
+    )
     believed: RobotSection | None = Field(
         None,
         description="nominal model of controller and tension solver, if it differs from the robot; the key `nominal` "
         "means the same. Keys of the robot with other values; of cables those that differ, each with its name",
+        json_schema_extra=tab("robot", 1),
     )
-    world: World = Field(World.model_construct(), description="surroundings of the robot")
-    simulation: Simulation = Field(description="engine, times and steps")
+    world: World = Field(
+        World.model_construct(), description="surroundings of the robot", json_schema_extra=tab("simulation", 1)
+    )
+    simulation: Simulation = Field(description="engine, times and steps", json_schema_extra=tab("simulation"))
     initial: Initial = Field(
-        description="state of the platform at time 0; default: at rest at the robot's home, if it has one"
+        description="state of the platform at time 0; default: at rest at the robot's home, if it has one",
+        json_schema_extra=tab("motion"),
     )
-    trajectory: AnyMotion = Field(Hold.model_construct({"type"}), description="the desired motion")
+    trajectory: AnyMotion = Field(
+        Hold.model_construct({"type"}), description="the desired motion", json_schema_extra=tab("motion")
+    )
     controlled: Annotated[tuple[DofName, ...], AfterValidator(in_order)] | None = Field(
         None,
         description="directions in which the tensions balance the controller's wrench; in others their wrench is not "
         "controlled, and the platform is free to move. Default: all of robot.dof",
+        json_schema_extra=tab("control", 1),
     )
     controller: ControllerSection = Field(
-        ControllerSection.model_construct(), description="the controller and its options"
+        ControllerSection.model_construct(),
+        description="the controller and its options",
+        json_schema_extra=tab("control"),
     )
-    solver: SolverSection = Field(SolverSection.model_construct(), description="the tension solver and its options")
+    solver: SolverSection = Field(
+        SolverSection.model_construct(),
+        description="the tension solver and its options",
+        json_schema_extra=tab("control"),
+    )
     limits: Literal["warn", "stop"] = Field(
         "warn",
         description="reaction to limit violations: warn counts the samples and reports them, stop ends the run. "
         "Checked are each cable's length, speed_max and, unless it is ideal, true tension. Commands are checked, too, "
         "where the controller's nominal robot has other tension limits",
+        json_schema_extra=tab("control", 1),
     )
     actuators: Actuators | None = Field(
-        None, description="winches as an FMU between the commands and the cables, in place of robot.cable.model"
+        None,
+        description="winches as an FMU between the commands and the cables, in place of robot.cable.model",
+        json_schema_extra=tab("control", 1),
     )
     events: list[AnyEvent] = Field(
-        [], max_length=MAX_EVENTS, description="events during the run: pushes, faults, stops"
+        [],
+        max_length=MAX_EVENTS,
+        description="events during the run: pushes, faults, stops",
+        json_schema_extra=tab("events"),
     )
-    log: Log | None = Field(None, description="recorded samples of a run; default: all")
+    log: Log | None = Field(
+        None, description="recorded samples of a run; default: all", json_schema_extra=tab("simulation", 1)
+    )
     backend_options: dict[str, dict[str, Any]] = Field(
-        {}, description="options of backends by name; all are checked, only the chosen backend's are used"
+        {},
+        description="options of backends by name; all are checked, only the chosen backend's are used",
+        json_schema_extra=tab("simulation", 1),
     )

@@ -10,6 +10,7 @@ import xml.etree.ElementTree as ET
 import columns
 import numpy as np
 import pytest
+import scenario_files
 import teaching
 import thesis
 import works_where
@@ -22,7 +23,13 @@ from plants import installed
 from cdpr.ui.cli import cli
 
 DOCS = ROOT / "docs"
-SCRIPTS = {"thesis.md": thesis, "teaching.md": teaching, "columns.md": columns, "works_where.md": works_where}
+SCRIPTS = {
+    "thesis.md": thesis,
+    "teaching.md": teaching,
+    "columns.md": columns,
+    "works_where.md": works_where,
+    "scenario_files.md": scenario_files,
+}
 ROWS = thesis.results()
 STUDY = yaml.safe_load(thesis.STUDY.read_text())
 BELIEF = yaml.safe_load(thesis.BELIEF.read_text())

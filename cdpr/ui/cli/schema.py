@@ -9,7 +9,20 @@ import click
 from cdpr.ui.cli.names import plugin_files
 
 
-@click.command("schema")
+class SectionsCommand(click.Command):
+    """Command whose help lists the sections of scenario files, as their classes describe them."""
+
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write the sections."""
+        from cdpr.config.describe import json_schema
+        from cdpr.scenario import schema
+        from cdpr.scenario.sections import sections_of
+
+        with formatter.section("Sections of scenario files"):
+            formatter.write_dl([(each.key, each.text) for each in sections_of(json_schema(schema.ScenarioSection))])
+
+
+@click.command("schema", cls=SectionsCommand)
 @click.argument("kind", type=click.Choice(["scenario", "robot"]), default="scenario")
 @plugin_files
 def command(kind: str) -> None:

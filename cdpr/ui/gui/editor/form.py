@@ -10,17 +10,13 @@ from cdpr.base.problems import Path, Problem, dotted
 from cdpr.config.describe import json_schema
 from cdpr.plugins.registry import Registry, Role
 from cdpr.scenario.choices import CORE_KEYS, DEFAULT_TYPE
-from cdpr.scenario.nominal import cable_names
+from cdpr.scenario.nominal import KEY, cable_names
 from cdpr.scenario.schema import ScenarioSection
+from cdpr.scenario.sections import OTHER, TABS, ranked, sections_of
 from cdpr.ui.gui.editor.fields import MISSING, Field, FieldFactory, Schema, at, choice, entry, every, resolve
 from cdpr.ui.gui.editor.nominal import cables_in_place
 from cdpr.ui.gui.editor.starts import Starts
 from cdpr.ui.gui.editor.table import cable_table
-
-ROBOT = ("name", "platform", "tension", "home", "frame", "cables", "cable", "winch", "dof", "unilateral")
-MOTION = ("initial", "trajectory")
-CONTROL = ("controller", "solver", "controlled", "limits", "actuators")
-SIMULATION = ("name", "simulation", "world", "log", "backend_options")
 
 SCHEMA: Schema = json_schema(ScenarioSection)
 
@@ -45,14 +41,12 @@ class Subject:
 def tabs(subject: Subject) -> list[dict[str, Any]]:
     """Return the tabs of the form."""
     maker = FieldFactory(SCHEMA, subject.known, _choices(subject))
-    rows = (
-        ("robot", "Robot", _robot(subject, maker)),
-        ("motion", "Motion", _sections(subject, maker, MOTION)),
-        ("control", "Control", _sections(subject, maker, CONTROL)),
-        ("events", "Events", _sections(subject, maker, ("events",))),
-        ("simulation", "Simulation", _sections(subject, maker, SIMULATION)),
-    )
-    return [{"key": key, "label": label, "fields": fields} for key, label, fields in rows]
+    found: dict[str, list[Field]] = {tab: [] for tab in TABS}
+    for section in sections_of(SCHEMA):
+        found[section.tab] += _fields(subject, maker, section.key)
+    unknown = ((key, value) for key, value in subject.data.items() if key not in SCHEMA["properties"])
+    found[OTHER] += [maker.odd((key,), value) for key, value in unknown]
+    return [{"key": key, "label": TABS[key], "fields": fields} for key, fields in found.items()]
 
 
 def placed(tabs: list[dict[str, Any]], problems: Iterable[Problem]) -> list[dict[str, Any]]:
@@ -77,22 +71,20 @@ def _paths(tabs: list[dict[str, Any]]) -> Iterable[str]:
                 yield from (f"{row['path']}.{column['key']}" for column in each["columns"])
 
 
-def _sections(subject: Subject, maker: FieldFactory, keys: Iterable[str]) -> list[Field]:
-    fields = []
-    for key in keys:
-        if key in CORE_KEYS:
-            fields.append(_of_plugin(subject, maker, "controller" if key == "controller" else "solver"))
-        elif key == "backend_options":
-            fields.append(_of_backends(subject, maker))
-        else:
-            needed = key in SCHEMA["required"] and not (key == "initial" and at(subject.data, ("robot", "home")))
-            value = subject.data.get(key, MISSING)
-            known = at(subject.known, (key,))
-            fields.append(maker.field(SCHEMA["properties"][key], (key,), value, known, needed=needed))
-    keys_of_all = {"robot", "believed", *MOTION, *CONTROL, *SIMULATION, "events"}
-    if "simulation" in keys:
-        fields += [maker.odd((key,), value) for key, value in subject.data.items() if key not in keys_of_all]
-    return fields
+def _fields(subject: Subject, maker: FieldFactory, key: str) -> list[Field]:
+    """Return the fields of a section: those of the robot one by one, else one."""
+    if key == "robot":
+        return _robot(subject, maker)
+    if key == KEY:
+        robot = subject.data.get("robot", MISSING)
+        return [_nominal(subject, maker, SCHEMA["$defs"]["RobotSection"], robot)] if isinstance(robot, dict) else []
+    if key in CORE_KEYS:
+        return [_of_plugin(subject, maker, "controller" if key == "controller" else "solver")]
+    if key == "backend_options":
+        return [_of_backends(subject, maker)]
+    needed = key in SCHEMA["required"] and not (key == "initial" and at(subject.data, ("robot", "home")))
+    value, known = subject.data.get(key, MISSING), at(subject.known, (key,))
+    return [maker.field(SCHEMA["properties"][key], (key,), value, known, needed=needed)]
 
 
 def _robot(subject: Subject, maker: FieldFactory) -> list[Field]:
@@ -107,21 +99,19 @@ def _robot(subject: Subject, maker: FieldFactory) -> list[Field]:
     if not isinstance(robot, dict):
         return fields
     node = SCHEMA["$defs"]["RobotSection"]
-    fields += _of_robot(node, maker, ("robot",), robot, at(subject.known, ("robot",)))
-    fields.append(_nominal(subject, maker, node, robot))
-    return fields
+    return fields + _of_robot(node, maker, ("robot",), robot, at(subject.known, ("robot",)))
 
 
 def _of_robot(node: Schema, maker: FieldFactory, path: Path, robot: dict[str, Any], known: Any) -> list[Field]:
     rows = []
-    for key in ROBOT:
+    for key in ranked(node["properties"]):
         value, here = robot.get(key, MISSING), at(known, (key,))
         if key == "cables" and (isinstance(value, list) or value is MISSING):
             rows.append(cable_table(maker, (*path, key), value, robot, here))
         else:
             needed = key in node["required"]
             rows.append(maker.field(node["properties"][key], (*path, key), value, here, needed=needed))
-    return [*rows, *(maker.odd((*path, key), value) for key, value in robot.items() if key not in ROBOT)]
+    return [*rows, *(maker.odd((*path, key), value) for key, value in robot.items() if key not in node["properties"])]
 
 
 def _nominal(subject: Subject, maker: FieldFactory, node: Schema, robot: dict[str, Any]) -> Field:
