@@ -23,6 +23,7 @@ _INTERFACES = {
     "Backend": "cdpr.plugins.backend",
     "CompiledSolver": "cdpr.plugins.solver",
     "Controller": "cdpr.plugins.controller",
+    "ControllerInputs": "cdpr.plugins.inputs",
     "RigidBodyBackend": "cdpr.plugins.rigid_body",
     "SnapshotOfArrays": "cdpr.plugins.snapshots",
     "TensionSolver": "cdpr.plugins.solver",
@@ -31,6 +32,7 @@ _INTERFACES = {
 if TYPE_CHECKING:
     from cdpr.plugins.backend import Backend
     from cdpr.plugins.controller import Controller
+    from cdpr.plugins.inputs import ControllerInputs
     from cdpr.plugins.rigid_body import RigidBodyBackend
     from cdpr.plugins.snapshots import SnapshotOfArrays
     from cdpr.plugins.solver import CompiledSolver, TensionSolver
@@ -46,6 +48,7 @@ __all__ = [
     "Column",
     "CompiledSolver",
     "Controller",
+    "ControllerInputs",
     "FileName",
     "PluginInfo",
     "PluginOptions",

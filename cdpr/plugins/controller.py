@@ -10,9 +10,22 @@ from cdpr.base.errors import PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.own import Own
+from cdpr.plugins.inputs import ControllerInputs
 
-# Values of `PluginInfo.properties["output"]`; "wrench" by default.
+# Stages of outputs: a wrench is distributed, commands go to the cables.
 Output = Literal["wrench", "command"]
+
+# Values of `PluginInfo.properties["output"]`, "wrench" by default, and the stage of each; None for those that no winch
+# accepts.
+OUTPUTS: Mapping[str, Output | None] = {
+    "wrench": "wrench",
+    "command": "command",
+    "tension": "command",
+    "length": None,
+    "rate": None,
+}
+
+COMMANDS = [output for output, stage in OUTPUTS.items() if stage == "command"]  # a value for each cable
 
 
 class Tunable(NamedTuple):
@@ -34,7 +47,14 @@ class Controller(ABC):
 
     Its `PluginInfo` declares the output as `properties={"output": "wrench"}` or `{"output": "command"}`. The tension
     stage distributes a wrench among the cables. Commands go directly to the cables, clipped to their limits, without a
-    solver. If the output depends on its options, the controller has an attribute `output`.
+    solver. The output "tension" means the same: the command of a cable is a tension. "length" and "rate" are reserved,
+    and rejected as long as no winch accepts them. If the output depends on its options, the controller has an attribute
+    `output`.
+
+    Attributes:
+        output: its output; None if the `PluginInfo` declares it.
+        period: number of control steps between two calls of `control`; the output is held in between. A controller with
+            a longer period runs in Python, and cannot be exported.
 
     Args:
         robot: geometry, limits and degrees of freedom; the nominal robot, if the scenario has one.
@@ -53,7 +73,8 @@ class Controller(ABC):
         array([  -0. ,   -0. , 1471.5,    0. ,    0. ,    0. ])
     """
 
-    output: Output | None = None
+    output: str | None = None
+    period: int = 1
     source: Own | None = None  # source of its compiled operation, if it is not in the kernel library
 
     def __init__(self, robot: Robot, gravity: Array, control_step: float, options: Any) -> None:
@@ -113,6 +134,16 @@ class Controller(ABC):
 
         Args:
             cables: (2, m), live and read-only.
+        """
+
+    def observe(self, inputs: ControllerInputs) -> None:  # noqa: B027 - an optional hook
+        """Store further live inputs: preview, limits, held cables, previous command, measurements.
+
+        Called once, before the first `control`. Exported FMUs and real-time programs do not have these inputs, so a
+        controller with this method cannot be exported.
+
+        Args:
+            inputs: live and read-only.
         """
 
     def log(self, columns: Mapping[str, Array]) -> None:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TypeVar, cast, get_args
+from typing import TypeVar, cast
 
 import numpy as np
 
@@ -22,12 +22,13 @@ from cdpr.fmu.read.options import FmuFile
 from cdpr.link.options import PeerOptions
 from cdpr.model import Robot
 from cdpr.plugins import Backend, Controller, TensionSolver
-from cdpr.plugins.controller import Output
+from cdpr.plugins.controller import OUTPUTS, Output
 from cdpr.plugins.registry import Registered, Role
 from cdpr.scenario import Scenario
 from cdpr.scenario.events import ScenarioEvent
 from cdpr.scenario.needs import lacking
 from cdpr.simulation.columns import chosen_plugins, columns_of
+from cdpr.simulation.controller_calls import period_of
 from cdpr.simulation.parts import Parts
 from cdpr.simulation.settings import Settings
 from cdpr.trajectory import Trajectory
@@ -245,16 +246,22 @@ def check_known_mass(events: Sequence[ScenarioEvent], controller: Controller, so
 
 
 def output_of(entry: Registered, controller: Controller) -> Output:
-    """Return the output of a controller.
+    """Return the stage of a controller's output.
 
     Raises:
-        PluginError: if the controller declares an unknown output.
+        PluginError: if the controller declares an unknown output, one that no winch accepts, or an invalid period.
     """
-    declared = controller.output or entry.info.properties.get("output", "wrench")
-    for known in get_args(Output):
-        if declared == known:
-            return cast("Output", known)
-    raise PluginError(f"controller '{entry.info.name}' declares the output {declared!r}; known are wrench, command")
+    name, declared = entry.info.name, controller.output or entry.info.properties.get("output", "wrench")
+    if not isinstance(declared, str) or declared not in OUTPUTS:
+        raise PluginError(f"controller '{name}' declares the output {declared!r}; known are {', '.join(OUTPUTS)}")
+    stage = OUTPUTS[declared]
+    if stage is None:
+        raise PluginError(
+            f"controller '{name}' declares the output {declared!r}, which no winch accepts: the command of a cable is "
+            "a tension; choose a controller with output wrench or tension"
+        )
+    period_of(controller)
+    return stage
 
 
 def check_cables(scenario: Scenario, backend: Registered) -> None:

@@ -19,7 +19,9 @@ from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.registry import registry
 from cdpr.scenario import Scenario
 from cdpr.scenario.needs import require
+from cdpr.simulation.build import output_of
 from cdpr.simulation.columns import chosen_plugins
+from cdpr.simulation.controller_calls import observes, period_of
 from cdpr.tension.command import CommandStage
 from cdpr.tension.current_sample import Present
 from cdpr.tension.operations import Operation
@@ -39,11 +41,16 @@ def control_of(scenario: Scenario, motion: bool = False) -> Control:
         PluginError: if a plugin is missing or broken.
     """
     require(scenario, "native" if motion else "controller_fmu")
-    known, chosen = registry(), chosen_plugins(scenario)
+    chosen = chosen_plugins(scenario)
     step, gravity = scenario.simulation.control_step, np.array(scenario.world.gravity)
     controller = chosen["controller"].make(scenario.robot, gravity, step, scenario.controller_options)
     try:
-        output = controller.output or known.get("controller", scenario.controller.type).info.properties["output"]
+        output = output_of(chosen["controller"], controller)
+        if observes(controller) or period_of(controller) > 1:
+            raise CdprError(
+                f"the controller '{scenario.controller.type}' uses further inputs (`observe`) or a period of several "
+                "control steps, so it cannot be exported: choose another (--set controller.type=NAME)"
+            )
         names, solver = [scenario.controller.type], None
         if output == "wrench":
             solver = chosen["solver"].make(scenario.controlled_robot, scenario.solver_options)

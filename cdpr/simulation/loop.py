@@ -18,6 +18,7 @@ from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.controller import Output
 from cdpr.scenario.events import ScenarioEvent
 from cdpr.simulation.attached import LoopBodies
+from cdpr.simulation.controller_calls import ControllerCalls
 from cdpr.simulation.external_command import ExternalCommands
 from cdpr.simulation.faults import fault_message
 from cdpr.simulation.finite_limits import check_limits
@@ -59,6 +60,7 @@ class Loop:
         row: present sample, columns as `cdpr.log.layout` defines; the parts work on views of it.
         out: output of the controller: the wrench (6,) or the commands (m,).
         outside: commands that replace the answers of controller or solver.
+        calls: calls of the controller.
     """
 
     def __init__(self, parts: Parts, record: Record | None = None) -> None:
@@ -71,14 +73,15 @@ class Loop:
         # The controller cannot change its inputs.
         self.given_state, self.given_desired = read_only(self.state), read_only(self.desired)
         self.sample = parts.trajectory.sampler(self.desired)
+        locked = np.zeros(parts.robot.m, dtype=bool)
+        self.calls = ControllerCalls(parts, present.cables, locked)
         self.stage = self.stage_of(parts.output)
         self.out = self.written(self.stage)
         loads = Loads(present.view("external"), parts.backend.external)
         attached = LoopBodies(parts, present, self._rebind)
-        self.schedule = Schedule(
-            parts.events, parts.control_step, parts.robot, self.stage, loads, parts.settings, attached
-        )
-        self._memory = Memory(parts, present, self.stage, self.schedule)
+        about = parts.control_step, parts.robot, self.stage, loads, parts.settings, attached, locked
+        self.schedule = Schedule(parts.events, *about)
+        self._memory = Memory(parts, present, self.stage, self.schedule, self.calls)
         # Operations that observe the plant, and the first such: made once, because the geometry of pulleys is
         # expensive.
         self._looking, self._looking_first = (present.observing(h, self._check) for h in (parts.control_step, 0.0))
@@ -124,6 +127,7 @@ class Loop:
         self.stage.forget()
         self.stage.refusal = ""
         parts.controller.reset()
+        self.calls.reset()
         parts.solver.reset()
         parts.backend.command[...] = 0.0
         parts.backend.reset(start)
@@ -169,13 +173,14 @@ class Loop:
     def revise(self, events: Sequence[ScenarioEvent], motion: Trajectory) -> None:
         """Replace events and motion; past events are not repeated."""
         self.parts = replace(self.parts, events=tuple(events), trajectory=motion)
+        self.calls.motion = motion
         self.sample = motion.sampler(self.desired)
         self.schedule.plan(events)
         self._plan(self.pipeline)
 
     def follow(self, motion: Trajectory) -> bool:
         """Follow another motion from the next sample on; return False if its sampler needs Python."""
-        self.sample = motion.sampler(self.desired)
+        self.sample, self.calls.motion = motion.sampler(self.desired), motion
         before, self.advancing[-1] = self.advancing[-1], Operation("trajectory", self.sample, timed=True)
         return all(pipeline.swap(before, self.advancing[-1]) for pipeline in self._pipelines())
 
@@ -300,12 +305,16 @@ class Loop:
         """Return the stage for the output of a controller; all stages share the cables."""
         parts = self.parts
         if output == "command":
-            return CommandStage(parts.controlled_robot, parts.policy, self.present.live, self.present.cables)
+            commanded = CommandStage(parts.controlled_robot, parts.policy, self.present.live, self.present.cables)
+            self.calls.record(commanded)
+            return commanded
         solver = parts.solver
         known = isinstance(solver, TensionSolver) and speaks_for(solver.compiled, solver.solve)
         compiled = solver.compiled if known else None
         stage_solver = StageSolver(solver.solve, parts.solver_name, parts.respects_bounds, parts.policy, compiled)
-        return TensionStage(parts.controlled_robot, stage_solver, self.present.live, self.present.cables)
+        stage = TensionStage(parts.controlled_robot, stage_solver, self.present.live, self.present.cables)
+        self.calls.record(stage)
+        return stage
 
     def written(self, stage: TensionStage | CommandStage) -> Array:
         """Return the input of a stage: commands (m,) or the wrench (6,)."""
@@ -320,8 +329,8 @@ class Loop:
         parts, backend, controller = self.parts, self.parts.backend, self.parts.controller
         given = self.given_state, self.given_desired, self.out
         known = isinstance(controller, Controller) and speaks_for(controller.compiled, controller.control)
-        law = controller.compiled(*given) if known else None
-        control = controller.control
+        law = controller.compiled(*given) if known and self.calls.period == 1 else None
+        control = controller.control if self.calls.period == 1 else self.calls.decide
 
         def decide(time: float) -> None:
             control(time, *given)

@@ -8,6 +8,7 @@ from typing import Any
 from cdpr.model.robot import Array
 from cdpr.plugins import TensionSolver
 from cdpr.plugins.snapshots import Saved, SnapshotOfArrays, put_back, save
+from cdpr.simulation.controller_calls import ControllerCalls
 from cdpr.simulation.parts import Parts
 from cdpr.simulation.sample import Sample
 from cdpr.simulation.schedule import Schedule
@@ -37,10 +38,17 @@ class Moment:
 class Memory:
     """Parts and arrays of a loop that determine its future."""
 
-    def __init__(self, parts: Parts, present: Sample, stage: TensionStage | CommandStage, schedule: Schedule) -> None:
+    def __init__(
+        self,
+        parts: Parts,
+        present: Sample,
+        stage: TensionStage | CommandStage,
+        schedule: Schedule,
+        calls: ControllerCalls,
+    ) -> None:
         backend = parts.backend
-        self._parts, self._stage = parts, stage
-        self._owners = (backend, parts.controller, parts.solver, stage, schedule)
+        self._parts, self._stage, self._calls = parts, stage, calls
+        self._owners = (backend, parts.controller, parts.solver, stage, schedule, calls)
         self._live = (present.row, present.live.W, present.true_W, backend.command, backend.external)
 
     def take(self, place: tuple[int, int, float, int]) -> Moment:
@@ -71,5 +79,6 @@ class Memory:
         plain = isinstance(solver, TensionSolver) and type(solver).snapshot is TensionSolver.snapshot
         if not (plain and isinstance(backend, SnapshotOfArrays) and isinstance(controller, SnapshotOfArrays)):
             return None
-        several = (*self._live, backend.state, *backend.arrays, *controller.arrays, *self._stage.arrays)
+        parts = (*backend.arrays, *controller.arrays, *self._stage.arrays, *self._calls.arrays)
+        several = (*self._live, backend.state, *parts)
         return tuple({id(array): array for array in several}.values())

@@ -8,6 +8,7 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cdpr.model import Robot
 from cdpr.native.bind import bind
@@ -39,6 +40,7 @@ class Schedule:
         loads: external wrenches.
         settings: options that events may change; None without a controller.
         attached: bodies on the platform.
+        locked: (m,), True for cables that the distribution has locked; written.
     """
 
     def __init__(
@@ -50,12 +52,13 @@ class Schedule:
         loads: Loads,
         settings: Settings | None = None,
         attached: AttachedBodies | None = None,
+        locked: NDArray[np.bool_] | None = None,
     ) -> None:
         self._stage, self._step = stage, step
         self._settings, self._attached = settings, attached
         self._loads = loads
         self._first = stage.cables.copy()
-        self._locked = np.zeros(robot.m, dtype=bool)  # cables that the distribution has locked
+        self._locked = np.zeros(robot.m, dtype=bool) if locked is None else locked
         self._cables = {cable.name: slice(i, i + 1) for i, cable in enumerate(robot.cables)}
         self._swings = np.zeros((0, 10))
         self._does: dict[int, Does] = {}

@@ -11,6 +11,8 @@ from cdpr.base.errors import CdprError, PluginError
 from cdpr.mechanics import dynamics, kinematics
 from cdpr.model import Robot, rotations
 from cdpr.model.robot import Array, frozen_array
+from cdpr.plugins import Controller
+from cdpr.plugins.controller import OUTPUTS
 from cdpr.testing import samples
 from cdpr.testing.changes import expect_changes
 from cdpr.testing.check import Check, expect, expect_close, expect_same_bits, needs
@@ -70,6 +72,30 @@ def reset_forgets(subject: ControllerSubject) -> None:
         motion = _motion(100 + k)
         again, wanted = (subject.compute(controller, *motion, time=1e-3 * k) for controller in (used, fresh))
         expect_same_bits(again, wanted, "output after reset")
+
+
+def period_is_whole(subject: ControllerSubject) -> str:
+    """The period is a whole number of control steps, at least 1; the output is that of a known kind."""
+    controller = subject.make(samples.braced())
+    output = controller.output or subject.properties.get("output", "wrench")
+    expect(output in OUTPUTS, f"output {output!r}; known are {', '.join(OUTPUTS)}")
+    period = controller.period
+    whole = isinstance(period, int | np.integer) and not isinstance(period, bool) and period >= 1
+    expect(whole, f"period {period!r}")
+    return f"output {output}, every {period} control steps"
+
+
+def inputs_may_change(subject: ControllerSubject) -> None:
+    """If limits change and a cable breaks between two calls, the output is still complete and finite."""
+    controller = subject.make(samples.braced())
+    needs(type(controller).observe is not Controller.observe, "it does not observe limits and held cables")
+    for k in range(40):
+        if k == 10:
+            subject.limits[1] *= 0.5
+        if k == 20:
+            subject.limits[:, 0], subject.held[0] = 0.0, True
+        out = subject.compute(controller, *_motion(k), time=1e-3 * k)
+        expect(np.isfinite(out).all(), f"output {out.tolist()}")
 
 
 def platform_is_renewed(subject: ControllerSubject) -> None:
@@ -218,6 +244,8 @@ CHECKS = [
         output_is_complete,
         inputs_stay_unchanged,
         reset_forgets,
+        period_is_whole,
+        inputs_may_change,
         platform_is_renewed,
         columns_are_written,
         options_change,

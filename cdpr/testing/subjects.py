@@ -5,14 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from copy import copy
 from importlib import import_module
+from types import MappingProxyType
 from typing import Any, Self
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cdpr.base.errors import PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array
-from cdpr.plugins import Backend, Column, Controller, TensionSolver
+from cdpr.plugins import Backend, Column, Controller, ControllerInputs, TensionSolver
+from cdpr.plugins.controller import COMMANDS
 from cdpr.plugins.registry import with_arrays
 from cdpr.tension import Status
 from cdpr.testing import samples
@@ -140,22 +143,44 @@ def solve(solver: TensionSolver, problem: Problem) -> tuple[int, Array]:
 
 
 class ControllerSubject(_Subject):
-    """A controller under test."""
+    """A controller under test.
+
+    Attributes:
+        limits: (2, m), N, limits that the last controller observes, live.
+        held: (m,), cables that it knows to be held, live.
+    """
+
+    limits: Array
+    held: NDArray[np.bool_]
+    _desired: Array
 
     @property
     def commands(self) -> bool:
         """True if the output is the command of each cable instead of a wrench."""
-        return bool(self.properties.get("output", "wrench") == "command")
+        return bool(self.properties.get("output", "wrench") in COMMANDS)
 
     def make(self, robot: Robot, gravity: Array = GRAVITY, step: float = 1e-3) -> Controller:
         """Create a controller, connected to a tension stage with an empty report."""
         controller: Controller = self._create(robot, gravity, step, self.options)
         self._open.append(controller)
         controller.connect(np.zeros(4))
+        controller.observe(self._inputs(robot))
         return controller
+
+    def _inputs(self, robot: Robot) -> ControllerInputs:
+        """Return inputs of a robot without faults, whose preview is the last desired state."""
+        self.limits, self.held = np.array([robot.tension_min, robot.tension_max]), np.zeros(robot.m, dtype=bool)
+        limits, held, command = self.limits.view(), self.held.view(), np.zeros(robot.m)
+        for given in (limits, held, command):
+            given.flags.writeable = False
+        return ControllerInputs(self._preview, limits, held, command, MappingProxyType({}))
+
+    def _preview(self, times: Array) -> Array:
+        return np.tile(self._desired, (len(times), 1))
 
     def compute(self, controller: Controller, state: Array, desired: Array, time: float = 0.0) -> Array:
         """Return the output: (6,) or (m,)."""
+        self._desired = desired.copy()
         out = np.full(controller.robot.m if self.commands else 6, np.nan)
         controller.control(time, state, desired, out)
         return out

@@ -141,6 +141,25 @@ class Unladen(Broken):
 
 
 # Broken controller -> what it declares, and the checks that must fail. It may fail others too.
+class Hasty(Broken):
+    """Its period is in seconds."""
+
+    period = 0.01
+
+
+class Assuming(Broken):
+    """It divides by the range of each cable's limits, also of a broken cable."""
+
+    def observe(self, inputs):
+        self.inputs = inputs
+
+    def control(self, time, state, desired, out):
+        super().control(time, state, desired, out)
+        low, high = self.inputs.limits
+        with np.errstate(divide="ignore"):
+            out *= np.isfinite(np.sum(1.0 / (high - low))) or np.inf
+
+
 MUTANTS = {
     Unwritten: ({}, ["output_is_complete"]),
     Scribbling: ({}, ["inputs_stay_unchanged"]),
@@ -155,4 +174,6 @@ MUTANTS = {
     Unladen: ({}, ["platform_is_renewed"]),
     Deaf: ({}, ["options_change"]),
     Forgetful: ({}, ["options_change"]),
+    Hasty: ({}, ["period_is_whole"]),
+    Assuming: ({}, ["inputs_may_change"]),
 }

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from cdpr.base.errors import CdprError, PluginError
+from cdpr.plugins.controller import COMMANDS
 from cdpr.scenario import Scenario
 
 # Standards: scheme: the judge offers the engine's scheme, and both must agree but for round-off; order: no other engine
@@ -127,7 +128,7 @@ def is_continuous(scenario: Scenario) -> bool:
     """
     found = scenario.plugins
     controller = found.get("controller", scenario.controller.type)
-    if controller.info.properties.get("output") == "command":
+    if controller.info.properties.get("output") in COMMANDS:
         return True
     solver = found.get("solver", scenario.solver.type)
     return solver.properties(scenario.solver_options).get("continuity") in CONTINUOUS  # type: ignore[arg-type]
