@@ -29,6 +29,7 @@ from cdpr.scenario.events import ScenarioEvent
 from cdpr.scenario.needs import lacking
 from cdpr.simulation.columns import chosen_plugins, columns_of
 from cdpr.simulation.controller_calls import period_of
+from cdpr.simulation.loop_parts import loop_parts
 from cdpr.simulation.parts import Parts
 from cdpr.simulation.settings import Settings
 from cdpr.trajectory import Trajectory
@@ -118,6 +119,7 @@ def build(scenario: Scenario) -> Parts:
             live=frozenset(role for role, entry in chosen.items() if entry.info.properties.get("live", False)),
             ideal_cables=scenario.ideal_cables,
             columns=parts.columns,
+            more=loop_parts(scenario),
             settings=Settings(scenario.options(), {"controller": controller, "solver": solver}),
         )
         opened.pop_all()

@@ -124,13 +124,7 @@ class Loop:
             pass  # the run itself reports this at its time
         self.row[:] = 0.0
         self.row[self.layout.added] = np.nan  # until a part writes
-        self.stage.forget()
-        self.stage.refusal = ""
-        parts.controller.reset()
-        self.calls.reset()
-        parts.solver.reset()
-        parts.backend.command[...] = 0.0
-        parts.backend.reset(start)
+        self._memory.reset(start)
 
     def _try_control(self) -> None:
         parts = self.parts
@@ -343,6 +337,7 @@ class Loop:
         self.advancing = [
             Operation("command", bind("copy", source=self.tension, target=backend.command)),
             *self._moving,
+            *(each for part in parts.more for each in part.moved()),
             *reading_clock,
             *self._looking,
             *checking_clock,

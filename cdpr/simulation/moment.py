@@ -48,8 +48,17 @@ class Memory:
     ) -> None:
         backend = parts.backend
         self._parts, self._stage, self._calls = parts, stage, calls
-        self._owners = (backend, parts.controller, parts.solver, stage, schedule, calls)
+        # All members with a memory; only the backend needs a state to reset, and events are reset when a run begins.
+        self._resettable = (stage, parts.controller, calls, parts.solver, *parts.more)
+        self._owners = (backend, *self._resettable, schedule)
         self._live = (present.row, present.live.W, present.true_W, backend.command, backend.external)
+
+    def reset(self, start: Array) -> None:
+        """Reset all members, the plant to the state `start` (13,)."""
+        for member in self._resettable:
+            member.reset()
+        self._parts.backend.command[...] = 0.0
+        self._parts.backend.reset(start)
 
     def take(self, place: tuple[int, int, float, int]) -> Moment:
         """Return a copy.
@@ -79,6 +88,9 @@ class Memory:
         plain = isinstance(solver, TensionSolver) and type(solver).snapshot is TensionSolver.snapshot
         if not (plain and isinstance(backend, SnapshotOfArrays) and isinstance(controller, SnapshotOfArrays)):
             return None
-        parts = (*backend.arrays, *controller.arrays, *self._stage.arrays, *self._calls.arrays)
-        several = (*self._live, backend.state, *parts)
+        more = self._parts.more
+        if not all(type(part).snapshot is SnapshotOfArrays.snapshot for part in more):
+            return None
+        members = (backend, controller, self._stage, self._calls, *more)
+        several = (*self._live, backend.state, *(array for member in members for array in member.arrays))
         return tuple({id(array): array for array in several}.values())

@@ -12,6 +12,7 @@ from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
 from cdpr.plugins.info import Role
 from cdpr.scenario.events import ScenarioEvent
+from cdpr.simulation.loop_part import LoopPart
 from cdpr.simulation.settings import Settings
 from cdpr.tension.policy import Policy
 from cdpr.trajectory import Trajectory
@@ -41,3 +42,4 @@ class Parts:
     obstacles: tuple[Obstacle, ...] = ()  # obstacles of the cables other than each other and their platform
     live: frozenset[Role] = frozenset()  # parts without a warm-up: a reset would not undo its effects
     nominal: Robot | None = None  # nominal robot of controller and solver, if it differs from the robot
+    more: tuple[LoopPart, ...] = ()  # further parts, of `cdpr.simulation.loop_parts`

@@ -27,7 +27,7 @@ def renew(loop: Loop, before: Scenario, now: Scenario) -> bool:
         CdprError: if a plugin rejects its options.
     """
     parts, settings = loop.parts, loop.parts.settings
-    if settings is None or loop.memory is None or not _alike(before, now):
+    if settings is None or loop.memory is None or parts.more or not _alike(before, now):
         return False
     if now.robot is not before.robot and not _renew_platform(loop, now):
         return False

@@ -247,6 +247,9 @@ class Runner:
                 "backend": self.parts.backend,
                 "controller": self.parts.controller,
             }
+            for extra in self.parts.more:
+                if about := extra.describe():
+                    plugins[extra.name] = about
             for role, part in parts.items():
                 if role in self._closed or not closing:
                     continue

@@ -21,6 +21,7 @@ from cdpr.plugins.compiled import speaks_for
 from cdpr.scenario.events import ScenarioEvent, broken, guarding
 from cdpr.scenario.events.limit_changes import limit_changes
 from cdpr.simulation.columns import hand_out
+from cdpr.simulation.loop_part import Surroundings
 from cdpr.simulation.observe import Body, Observation, PlantOutputs, acceleration_bounds, observing, observing_nominal
 from cdpr.simulation.parts import Parts
 from cdpr.tension.current_sample import Cables, Present
@@ -58,6 +59,9 @@ class Sample:
         self._body = Body(line_table(robot), robot.inertial.copy(), parts.backend.gravity, bounds)
         self._readings = ([], []) if parts.ideal_cables else self._reading()
         self.true_W = W if parts.nominal is None else np.zeros((6, robot.m))
+        for part in parts.more:
+            own = {column.name: self.view(column.name) for column in part.columns}
+            part.connect(Surroundings(robot, parts.backend, parts.control_step, self.view, own))
         parts.controller.connect(self.live.report)
         parts.controller.sense(read_only(view("length", "rate").reshape(2, robot.m)))
 
@@ -89,14 +93,14 @@ class Sample:
         if parts.nominal is not None:
             nominal = observing_nominal(parts.nominal, self.state, self.live.W)
             operations.append(Operation("geometry", nominal, refuse))
-        return operations
+        return operations + [each for part in parts.more for each in part.observed(period)]
 
     def completing(self, distributing: Sequence[Operation], events: Sequence[ScenarioEvent]) -> list[Operation]:
         """Return the operations that distribute, and then write the values that only plant and true robot provide.
 
         They raise LimitViolation and CollisionDetected if the scenario stops then.
         """
-        operations = list(distributing)
+        operations = [*distributing, *(each for part in self._parts.more for each in part.distributed())]
         if not self._parts.ideal_cables:
             operations += self._readings[0]
         if self._parts.nominal is not None:

@@ -55,6 +55,9 @@ class CommandStage:
     def forget(self) -> None:
         """Do nothing: there are no answers to forget."""
 
+    def reset(self) -> None:
+        """Do nothing: there is no memory."""
+
     def snapshot(self) -> object:
         """Return the memory besides limits and held cables: none."""
         return None

@@ -168,6 +168,11 @@ class TensionStage:
         """Clear all answers."""
         self._answer[:] = np.nan
 
+    def reset(self) -> None:
+        """Clear all answers and the reason of the last refusal."""
+        self.forget()
+        self.refusal = ""
+
     @property
     def arrays(self) -> tuple[Array, ...]:
         """Previous answer."""

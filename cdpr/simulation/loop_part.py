@@ -1,0 +1,91 @@
+"""Base class of the parts that a loop has besides plant, controller and solver."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from cdpr.base.columns import Column
+from cdpr.model import Robot
+from cdpr.model.robot import Array
+from cdpr.plugins import Backend
+from cdpr.plugins.snapshots import SnapshotOfArrays
+from cdpr.tension.operations import Operation
+
+
+@dataclass(frozen=True, eq=False)
+class Surroundings:
+    """Live arrays and objects of the loop that its parts read and write.
+
+    Attributes:
+        robot: simulated robot.
+        backend: plant.
+        step: control period, s.
+        view: function that returns the columns of the present row from one field to another, live.
+        columns: the part's own columns, live, by name.
+    """
+
+    robot: Robot
+    backend: Backend
+    step: float
+    view: Callable[..., Array]
+    columns: Mapping[str, Array]
+
+
+class LoopPart(SnapshotOfArrays):
+    """Part of the loop with operations at named places of a step.
+
+    The loop calls `connect` once, then takes the operations. It saves and restores `arrays` with snapshots; a part with
+    other state overrides `snapshot` and `restore`, and is then not simulated in blocks of rollouts.
+
+    Attributes:
+        name: name of the part in messages, in `run.json` and of its operations.
+        columns: columns that it adds to a row.
+        arrays: its memory, live.
+
+    Example:
+        >>> import numpy as np
+        >>> from cdpr.base.columns import Column
+        >>> from cdpr.simulation.loop_part import LoopPart
+        >>> from cdpr.tension.operations import Operation
+        >>> class Travel(LoopPart):
+        ...     name = "travel"
+        ...     columns = (Column("travel", 1, "m", "Distance so far"),)
+        ...     def connect(self, surroundings):
+        ...         self.total, self.now = np.zeros(1), surroundings
+        ...         self.arrays = (self.total,)
+        ...     def observed(self, period):
+        ...         return [Operation(self.name, lambda: self.add(period))]
+        ...     def add(self, period):
+        ...         self.total += period * np.linalg.norm(self.now.view("velocity"))
+        ...         self.now.columns["travel"][:] = self.total
+    """
+
+    name: str = ""
+    columns: tuple[Column, ...] = ()
+    arrays: tuple[Array, ...] = ()
+
+    def connect(self, surroundings: Surroundings) -> None:
+        """Receive the live arrays of the loop, before `arrays` and the operations are read."""
+
+    def observed(self, period: float) -> Sequence[Operation]:
+        """Return the operations after the plant was observed, a control `period` (s) later; 0 at the first sample."""
+        return ()
+
+    def distributed(self) -> Sequence[Operation]:
+        """Return the operations after the tension stage, before the plant moves."""
+        return ()
+
+    def moved(self) -> Sequence[Operation]:
+        """Return the operations after the plant moved, before it is observed."""
+        return ()
+
+    def reset(self) -> None:
+        """Return to the state before the first sample; by default all arrays become 0."""
+        for array in self.arrays:
+            array[...] = 0
+
+    def describe(self) -> dict[str, Any]:
+        """Return metadata for `run.json`; {} for none."""
+        return {}

@@ -1,0 +1,87 @@
+"""A part of the loop that only this file and one entry of the table know."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import ROOT
+
+import cdpr
+from cdpr.base.columns import Column
+from cdpr.simulation import loop_parts
+from cdpr.simulation.loop_part import LoopPart
+from cdpr.tension.operations import Operation
+
+CAROCA = str(ROOT / "scenarios" / "caroca.yaml")
+SHORT = {"simulation.duration": 0.05}
+
+
+class Toy(LoopPart):
+    """Counts its operations, and sums the distance that the platform travelled."""
+
+    name = "toy"
+    columns = (Column("toy", 4, "", "Numbers of operations at each place, and the distance"),)
+
+    def connect(self, surroundings):
+        self.now, self.memory = surroundings, np.zeros(4)
+        self.arrays = (self.memory,)
+
+    def at(self, place, distance=0.0):
+        self.memory[place] += 1.0
+        self.memory[3] += distance * np.linalg.norm(self.now.view("velocity"))
+        self.now.columns["toy"][:] = self.memory
+
+    def observed(self, period):
+        return [Operation(self.name, lambda: self.at(0, period))]
+
+    def distributed(self):
+        return [Operation(self.name, lambda: self.at(1))]
+
+    def moved(self):
+        return [Operation(self.name, lambda: self.at(2))]
+
+    def describe(self):
+        return {"distance": float(self.memory[3])}
+
+
+@pytest.fixture
+def toy(monkeypatch):
+    plain = cdpr.simulate(CAROCA, overrides=SHORT)
+    monkeypatch.setattr(loop_parts, "LOOP_PARTS", [lambda scenario: Toy()])
+    return plain
+
+
+def test_a_part_adds_its_column_and_changes_nothing_else(toy, tmp_path):
+    run = cdpr.simulate(CAROCA, overrides=SHORT, out=tmp_path / "run")
+    width = toy.rows.shape[1]
+    assert np.ascontiguousarray(run.rows[:, :width]).tobytes() == toy.rows.tobytes()
+    k = np.arange(len(run.time))
+    assert np.array_equal(run["toy"][:, :3], np.stack([k + 1, k + 1, k], axis=1))  # no trace of the warm-up
+    way = np.cumsum(0.001 * np.linalg.norm(run.velocity, axis=1)[1:])
+    assert np.allclose(run["toy"][1:, 3], way, rtol=1e-12, atol=0.0)
+    read = cdpr.load_run(tmp_path / "run")
+    assert np.array_equal(read["toy"], run["toy"])
+    assert run.plugins["toy"] == {"distance": run["toy"][-1, 3]}
+
+
+def test_its_memory_is_restored_and_reset(toy):
+    whole = cdpr.simulate(CAROCA, overrides=SHORT).rows.tobytes()
+    with cdpr.Simulation(CAROCA, overrides=SHORT) as simulation:
+        simulation.step(20)
+        snapshot = simulation.snapshot()
+        simulation.step(15)
+        simulation.restore(snapshot)
+        simulation.step(30)
+        assert simulation.run().rows.tobytes() == whole
+        simulation.reset()
+        simulation.step(50)
+        assert simulation.run().rows.tobytes() == whole
+
+
+def test_a_rollout_has_the_bits_of_single_runs(toy):
+    masses = [150.0, 170.0]
+    runs = [cdpr.simulate(CAROCA, overrides={**SHORT, "robot.platform.mass": mass}) for mass in masses]
+    batch = cdpr.rollout(CAROCA, 2, vary={"robot.platform.mass": masses}, overrides=SHORT, columns=["toy", "position"])
+    for i, run in enumerate(runs):
+        assert np.array_equal(batch["toy"][i], run["toy"])
+        assert np.array_equal(batch["position"][i], run.position)
