@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from types import MappingProxyType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -16,8 +16,10 @@ from cdpr.simulation.parts import Parts
 from cdpr.tension.command import CommandStage
 from cdpr.tension.current_sample import Cables
 from cdpr.tension.operations import Operation
-from cdpr.tension.stage import TensionStage
 from cdpr.trajectory import Trajectory
+
+if TYPE_CHECKING:
+    from cdpr.tension.stage import TensionStage
 
 
 def observes(controller: Controller) -> bool:
