@@ -8,6 +8,7 @@ from itertools import chain
 
 import numpy as np
 
+from cdpr.base.errors import PluginError
 from cdpr.mechanics.attachments import Attachment, with_attachments
 from cdpr.model import Robot
 from cdpr.model.robot import Array
@@ -81,7 +82,11 @@ class LoopBodies(AttachedBodies):
         present.weigh()
         known = [body for body in bodies if body.known]
         if known != [body for body in before if body.known]:
-            parts.controller.renew(with_attachments(parts.nominal or parts.robot, known))
+            if not parts.controller.renew(with_attachments(parts.nominal or parts.robot, known)):
+                raise PluginError(
+                    f"{type(parts.controller).__name__} cannot take the mass of a known body during a run: set known: "
+                    "false, or choose another controller"
+                )
 
 
 class SurveyBodies(AttachedBodies):

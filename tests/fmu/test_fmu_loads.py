@@ -95,6 +95,14 @@ def test_masses_are_parameters_and_derivatives_are_refused(tmp_path):
         light = driver.state()
         with pytest.raises(FMICallException):
             driver.fmu.getDirectionalDerivative(driver.references["acceleration"], driver.references["mass"], [1.0])
+        inertia = np.zeros((2, 3, 3))
+        inertia[1, 0, 0] = -1.0
+        for name, value in {"load_mass": [5.0, -5.0], "load_inertia": inertia.ravel()}.items():
+            before = driver.get(name)
+            with pytest.raises(FMICallException):
+                driver.set(name, value)
+                driver.step(0.3, 0.1)
+            driver.set(name, before)
     with Driver(write(plant_of(loaded), 3, tmp_path)) as driver:
         driver.step(0.0, 0.3)
         assert np.allclose(driver.state(), light, rtol=0.0, atol=1e-10)

@@ -148,6 +148,20 @@ bool build_body(Model& model) {
     return true;
 }
 
+size_t impossible_load(const Model& model, size_t count) {
+    size_t k = 0;
+    for (; k < count; k++) {
+        const double* J = model.field[LOAD_INERTIA] + 9 * k;
+        double moments[3], axes[3][3];
+        principal_axes(J, moments, axes);
+        const double least = DEFINITE * fabs(J[0] + J[4] + J[8]);
+        const double skew = fabs(J[1] - J[3]) + fabs(J[2] - J[6]) + fabs(J[5] - J[7]);
+        if (!(model.field[LOAD_MASS][k] >= 0.0) || !(skew <= least)) break;
+        if (!(moments[0] >= -least && moments[1] >= -least && moments[2] >= -least)) break;
+    }
+    return k;
+}
+
 void fill_arrays(Model& model) {
     for (size_t k = 0; k < model.links; k++) {
         const Link& link = model.link[k];

@@ -9,7 +9,7 @@ namespace fmu {
 
 static const double DUE = 1e-6;  // share of a physics step by which a time may be early: the round-off of clocks
 
-static size_t count(const Model& model) {
+size_t attached_bodies(const Model& model) {
     const double* mass = model.field[LOAD_MASS];
     return mass ? model.variable[model.owner[mass - model.number]].size : 0;
 }
@@ -43,23 +43,24 @@ void add_loads(const Model& model, const double* own, bool known, double* total)
         return attached(model, k, time) && !(known && model.field[LOAD_KNOWN][k] == 0.0);
     };
     size_t found = 0;
-    for (size_t k = 0; k < count(model); k++) found += counts(k);
+    for (size_t k = 0; k < attached_bodies(model); k++) found += counts(k);
     memcpy(total, own, 13 * sizeof *own);
     if (found == 0) return;
     memset(total, 0, 13 * sizeof *total);
     add_moment(own[0], own + 1, total);
-    for (size_t k = 0; k < count(model); k++)
+    for (size_t k = 0; k < attached_bodies(model); k++)
         if (counts(k)) add_moment(mass[k], center + 3 * k, total);
     for (int i = 1; i < 4; i++) total[i] /= total[0];
     add_inertia(own[0], own + 1, own + 4, total);
-    for (size_t k = 0; k < count(model); k++)
+    for (size_t k = 0; k < attached_bodies(model); k++)
         if (counts(k)) add_inertia(mass[k], center + 3 * k, J + 9 * k, total);
 }
 
 bool take_loads(Model& model, double time, char* message) {
     double& last = *model.platform.loaded_at;
     bool changed = false;
-    for (size_t k = 0; k < count(model); k++) changed = changed || attached(model, k, time) != attached(model, k, last);
+    for (size_t k = 0; k < attached_bodies(model); k++)
+        changed = changed || attached(model, k, time) != attached(model, k, last);
     last = time;
     return !changed || retune(model, message);
 }
@@ -68,7 +69,7 @@ bool take_loads(Model& model, double time, char* message) {
 static double next_change(const Model& model, double time, double end) {
     const double margin = early(model);
     double next = end;
-    for (size_t k = 0; k < 2 * count(model); k++) {
+    for (size_t k = 0; k < 2 * attached_bodies(model); k++) {
         const double at = model.field[k % 2 ? LOAD_END : LOAD_START][k / 2];
         if (at > time + margin && at < next - margin) next = at;
     }

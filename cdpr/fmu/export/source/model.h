@@ -176,6 +176,12 @@ bool build_body(Model& model);
 // Write mass, centre and inertia (13) of `own` (13) and the attached bodies, or the known ones: loads.cpp.
 void add_loads(const Model& model, const double* own, bool known, double* total);
 
+// Return the number of bodies that are attached at some time: loads.cpp.
+size_t attached_bodies(const Model& model);
+
+// Return the index of the first attached body with an impossible mass or inertia, or the number of bodies: body.cpp.
+size_t impossible_load(const Model& model, size_t count);
+
 // Attach and remove bodies whose time has come; return false with a message as above.
 bool take_loads(Model& model, double time, char* message);
 

@@ -155,6 +155,12 @@ static bool check(const Model& model, char* message) {
     for (const Name name : positive)
         if (model.field[name] && !(*model.field[name] > 0.0))
             return fails(message, "%s must be greater than 0 (%s)", name_of(name), name == MASS ? "kg" : "s");
+    const size_t bodies = attached_bodies(model), wrong = bodies ? impossible_load(model, bodies) : 0;
+    if (wrong < bodies)
+        return fails(message,
+                     "load_mass or load_inertia of body %d: the mass must be at least 0 (kg), the inertia "
+                     "symmetric with principal moments of at least 0 (kg m2)",
+                     static_cast<int>(wrong) + 1);
     for (size_t k = 0; k < model.links; k++) {
         const Link& link = model.link[k];
         const Variable& variable = model.variable[model.owner[link.from]];
