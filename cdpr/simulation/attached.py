@@ -8,7 +8,7 @@ from itertools import chain
 
 import numpy as np
 
-from cdpr.base.errors import PluginError
+from cdpr.base.errors import CdprError, PluginError
 from cdpr.mechanics.attachments import Attachment, with_attachments
 from cdpr.model import Robot
 from cdpr.model.robot import Array
@@ -76,7 +76,11 @@ class LoopBodies(AttachedBodies):
 
     def _change(self, before: Sequence[Attachment], bodies: Sequence[Attachment]) -> None:
         parts, present = self._parts, self._present
-        parts.backend.load(with_attachments(self._plant, bodies))
+        try:
+            parts.backend.load(with_attachments(self._plant, bodies))
+        except CdprError as error:  # names keys of the robot
+            masses = ", ".join(f"{body.mass:g}" for body in bodies) or "no"
+            raise type(error)(f"the platform with bodies of {masses} kg that events attach: {error}") from None
         self._rebind()
         present.renew(with_attachments(parts.robot, bodies))
         present.weigh()

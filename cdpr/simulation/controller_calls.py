@@ -59,10 +59,11 @@ class ControllerCalls(SnapshotOfArrays):
         self._control, self._step = controller.control, parts.control_step
         self.period = period_of(controller)
         self.motion: Trajectory = parts.trajectory
-        self._held = np.full(6 if parts.output == "wrench" else parts.robot.m, np.nan)  # NaN before the first call
+        self._held = np.zeros(6 if parts.output == "wrench" else parts.robot.m)
+        self._called = np.zeros(1)  # 0 before the first call
         self._sent = np.zeros(parts.robot.m)
         self._observes = observes(controller)
-        self.arrays = (self._held, self._sent) if self._observes or self.period > 1 else ()
+        self.arrays = (self._held, self._called, self._sent) if self._observes or self.period > 1 else ()
         if self._observes:
             known = locked.view()
             known.flags.writeable = False
@@ -76,8 +77,9 @@ class ControllerCalls(SnapshotOfArrays):
 
     def decide(self, time: float, state: Array, desired: Array, out: Array) -> None:
         """Write the controller's output of this control step: a new one if it is due, else the held one."""
-        if round(time / self._step) % self.period == 0 or np.isnan(self._held).all():
+        if round(time / self._step) % self.period == 0 or not self._called[0]:
             self._control(time, state, desired, self._held)
+            self._called[0] = 1.0
         out[:] = self._held
 
     def record(self, stage: TensionStage | CommandStage) -> None:
@@ -88,4 +90,4 @@ class ControllerCalls(SnapshotOfArrays):
 
     def reset(self) -> None:
         """Forget held output and sent tensions."""
-        self._held[:], self._sent[:] = np.nan, 0.0
+        self._held[:], self._called[:], self._sent[:] = 0.0, 0.0, 0.0
