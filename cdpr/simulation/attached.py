@@ -85,12 +85,13 @@ class LoopBodies(AttachedBodies):
         present.renew(with_attachments(parts.robot, bodies))
         present.weigh()
         known = [body for body in bodies if body.known]
-        if known != [body for body in before if body.known]:
-            if not parts.controller.renew(with_attachments(parts.nominal or parts.robot, known)):
-                raise PluginError(
-                    f"{type(parts.controller).__name__} cannot take the mass of a known body during a run: set known: "
-                    "false, or choose another controller"
-                )
+        if known == [body for body in before if body.known]:
+            return
+        if not parts.controller.renew(with_attachments(parts.nominal or parts.robot, known)):
+            raise PluginError(
+                f"{type(parts.controller).__name__} cannot take the mass of a known body during a run: set known: "
+                "false, or choose another controller"
+            )
 
 
 class SurveyBodies(AttachedBodies):

@@ -8,6 +8,7 @@ import pytest
 import cdpr
 from cdpr.base.errors import CdprError, PluginError, ScenarioError
 from cdpr.mechanics.attachments import Attachment, with_attachments
+from cdpr_controllers.computed_torque import ComputedTorque
 
 ENGINES = ["mujoco", "bullet", "dart"]
 MASS, KP = 150.0, 100.0  # kg, 1/s^2: those of the example `caroca`
@@ -179,6 +180,18 @@ def test_unsupported_plugins_are_named():
         cdpr.simulate("caroca", controller=Deaf, overrides={"events": [SECOND], "simulation.duration": 0.4})
     run = cdpr.simulate("caroca", controller=Deaf, overrides={"events": [TAKEN], "simulation.duration": 0.2})
     assert run.status == "finished"
+
+
+def test_a_controller_that_refuses_a_known_mass_ends_the_run(monkeypatch):
+    monkeypatch.setattr(ComputedTorque, "renew", lambda self, robot: False)
+    with pytest.raises(PluginError, match=r"ComputedTorque cannot take the mass of a known body .* set known: false"):
+        simulate()
+
+
+def test_a_body_beyond_the_range_of_an_engine_is_named():
+    heavy = {"type": "payload", "time": 0.1, "mass": 1e12}
+    with pytest.raises(CdprError, match=r"the platform with bodies of 1e\+12 kg that events attach: .* MuJoCo"):
+        simulate(events=(heavy,), **{"simulation.backend": "mujoco"})
 
 
 @pytest.mark.parametrize(
