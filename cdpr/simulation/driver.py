@@ -18,6 +18,7 @@ from cdpr.log.recorder import BLOCK
 from cdpr.log.run import Run
 from cdpr.model.arrays import checked
 from cdpr.scenario.events.loads import Wrench
+from cdpr.simulation.arguments import call
 from cdpr.simulation.clock import SPEEDS, Pacing
 from cdpr.simulation.requests import Level, Request, Requests
 from cdpr.simulation.simulation import Simulation
@@ -185,7 +186,9 @@ class Driver:
         Raises:
             CdprError: if it is refused; then nothing has changed.
         """
-        return request.action() if request.action is not None else self.handler(request.what)(**request.values)
+        if request.action is not None:
+            return request.action()
+        return call(request.what, self.handler(request.what), request.values)
 
     def handler(self, what: str) -> Callable[..., object]:
         """Return the function that executes requests of this name.

@@ -247,6 +247,8 @@ def test_refusals_change_nothing():
         (("speed", {"value": 0.0}), "speed: expected a number from 0.001 to 1e+06, got 0.0"),
         (("speed", {"value": True}), "speed: expected a number from 0.001 to 1e+06, got true"),
         (("release", {"id": 7}), "release: that push has ended"),
+        (("release", {}), "release: missing a required argument: 'id'"),
+        (("release", {"number": 7}), "release: unknown argument 'number'; expected id"),
         (("cut", {"cable": 99}), "cut: cable: cables are numbered from 1 to 8, got 99"),
         (("tension", {"tension": [1.0]}), "tension: the shape must be (8,), got (1,)"),
     ]

@@ -18,7 +18,6 @@ from cdpr.base.errors import CdprError, PlantEnded, one_line
 from cdpr.base.redirect_output import redirect_output
 from cdpr.simulation.driver import Driver
 from cdpr.simulation.requests import Level, Reply, Request
-from cdpr.ui.gui.arguments import call
 from cdpr.ui.gui.broadcast import Broadcast
 
 if TYPE_CHECKING:
@@ -69,10 +68,8 @@ class WindowDriver(Driver):
 
     def command(self, do: str, arguments: Mapping[str, Any], reply: Reply) -> None:
         """Queue a command, executed between two steps; `reply` receives its messages."""
-        request = Request(do, dict(arguments), reply)
-        request.action = partial(self._do, request)
         try:
-            self.requests.put(request, awaited=True)
+            self.requests.put(Request(do, dict(arguments), reply), awaited=True)
         except CdprError as full:
             reply("error", str(full))
 
@@ -164,9 +161,11 @@ class WindowDriver(Driver):
         self._go_to("ready", "")
         self._publish(everything=True)
 
-    def _do(self, request: Request) -> object:
-        """Execute a command of a window; return its message."""
-        answer = call(request.what, self.handler(request.what), request.values)
+    def perform(self, request: Request) -> object:
+        """Execute a request, and publish the effects of a command; return its message."""
+        answer = super().perform(request)
+        if request.action is not None:
+            return answer
         if self._session is not None:
             self._session.redraw()
         if callable(answer):

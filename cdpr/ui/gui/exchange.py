@@ -9,7 +9,7 @@ from threading import Lock, Thread
 
 from cdpr.base.errors import CdprError, one_line
 from cdpr.scenario.scenario import Scenario
-from cdpr.ui.gui.arguments import call
+from cdpr.simulation.arguments import call
 from cdpr.ui.gui.broadcast import Reader
 from cdpr.ui.gui.incoming import Incoming
 from cdpr.ui.gui.server import Words, notice

@@ -10,8 +10,8 @@ from typing import Any, Self
 
 from cdpr.base.errors import CdprError, one_line
 from cdpr.scenario.scenario import Scenario
+from cdpr.simulation.arguments import call
 from cdpr.simulation.requests import Level
-from cdpr.ui.gui.arguments import call
 from cdpr.ui.gui.broadcast import Broadcast, Reader
 from cdpr.ui.gui.driver import WindowDriver
 from cdpr.ui.gui.editor import Editor

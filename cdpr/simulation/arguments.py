@@ -1,4 +1,4 @@
-"""Function calls with arguments from a window, checked against the signature."""
+"""Function calls with arguments of requests, checked against the signature."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ def call(do: str, function: Callable[..., Any], arguments: Mapping[str, Any]) ->
     """Call a function and return its result.
 
     Args:
-        do: name of the command, for messages.
+        do: name of the request, for messages.
         function: function to call.
-        arguments: keyword arguments from the window.
+        arguments: keyword arguments of the request.
 
     Raises:
         CdprError: if arguments are unknown or missing.
