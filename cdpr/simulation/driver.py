@@ -24,10 +24,11 @@ from cdpr.simulation.requests import Level, Request, Requests
 from cdpr.simulation.simulation import Simulation
 
 WAITS = 0.2  # s, longest time between two calls of `progress` while it waits or is paused
-BUSY = 0.001  # s, time limit for requests while a slice is due; further requests wait
+REQUEST_TIME = 0.001  # s, time limit for requests while a slice is due; further requests wait
 SHARE = 0.05  # largest share of the time spent on such requests
 MOVE = 2.0  # s, default duration of a move to a target
 MOST_STEPS = 10_000  # per request
+NOT_SIMULATED = "not simulated: correct the errors and apply, or reset"
 FORWARDED = ("cut", "jam", "stop")  # requests that are methods of the simulation
 
 
@@ -46,11 +47,11 @@ class Driver:
         simulation: simulation; may follow later, by `attach`.
         requests: queue, which may contain requests already.
         speed: simulated time over time of the clock; None for no limit.
-        slice: number of control steps that become due at once.
+        slice_steps: number of control steps that become due at once.
         most: largest number of control steps between two checks for requests.
 
     Attributes:
-        requests, slice, most: as above.
+        requests, slice_steps, most: as above.
         clock: clock of the queue.
         pacing: simulated time that is due.
         paused: True if no time becomes due.
@@ -63,15 +64,15 @@ class Driver:
         requests: Requests | None = None,
         *,
         speed: float | None = 1.0,
-        slice: int = 1,
+        slice_steps: int = 1,
         most: int = BLOCK,
     ) -> None:
         self.requests = Requests() if requests is None else requests
         self.clock = self.requests.clock
         self.pacing = Pacing(self.clock, checked_speed(speed))
         self.paused = False
-        self.slice, self.most = slice, most
-        self._heeds = -math.inf  # time of the clock from which late requests are processed
+        self.slice_steps, self.most = slice_steps, most
+        self._late_from = -math.inf  # time of the clock from which late requests are processed
         self._numbers = count(1)
         self.attach(simulation)
 
@@ -81,9 +82,9 @@ class Driver:
         self.pushes: dict[int, Wrench] = {}
         self._wrench: Wrench | None = None
         self._tension: list[float] | None = None
-        self._doubted = False  # True if the last target caused a warning
+        self._target_warned = False  # True if the last target was doubtful
         if simulation is not None:
-            self.pacing.slice = self.slice * simulation.scenario.simulation.control_step
+            self.pacing.slice = self.slice_steps * simulation.scenario.simulation.control_step
             self.pacing.start(simulation.time)
 
     @property
@@ -94,11 +95,11 @@ class Driver:
             CdprError: if there is none.
         """
         if self._simulation is None:
-            raise CdprError("not simulated: correct the errors and apply, or reset")
+            raise CdprError(NOT_SIMULATED)
         return self._simulation
 
     @property
-    def going(self) -> bool:
+    def accepting(self) -> bool:
         """True if requests are executed."""
         return not self.simulation.done
 
@@ -128,7 +129,7 @@ class Driver:
                     moved = not simulation.done and self.advance() > 0
                     if not moved:
                         simulation._pace.after(simulation.samples)
-                    self.turned(moved)
+                    self.after_turn(moved)
             return simulation.run()
         finally:
             self.requests.close("the run is over")
@@ -136,23 +137,23 @@ class Driver:
     def serve(self) -> None:
         """Execute requests until something else is due, but not for long."""
         until = self.clock.now() + WAITS
-        while self.going and (wait := min(self.deadline, until) - self.clock.now()) > 0.0:
+        while self.accepting and (wait := min(self.deadline, until) - self.clock.now()) > 0.0:
             request = self.requests.get(wait)
             if request is not None:
                 self.answer(request)
         # if a slice is due: endless requests must not block the simulation
         begun = now = self.clock.now()
-        while begun >= self._heeds and now - begun <= BUSY and self.going and (request := self.requests.get()):
+        while begun >= self._late_from and now - begun <= REQUEST_TIME and self.accepting and (request := self.requests.get()):
             self.answer(request)
             now = self.clock.now()
-        self._heeds = max(self._heeds, now + min((now - begun) / SHARE, WAITS))
+        self._late_from = max(self._late_from, now + min((now - begun) / SHARE, WAITS))
 
     def advance(self) -> int:
         """Simulate what is due, up to `most` control steps; return the number of steps."""
         if self.paused:
             return 0
         due = self.pacing.slices(self.simulation.time)
-        n = self.most if due is None else min(self.most, due * self.slice)
+        n = self.most if due is None else min(self.most, due * self.slice_steps)
         if n:
             self.step(n)
         return n
@@ -200,14 +201,14 @@ class Driver:
             return getattr(self.simulation, what)  # type: ignore[no-any-return]
         method: Callable[..., object] | None = getattr(self, f"request_{what}", None)
         if method is None:
-            raise CdprError(f"'{what[:40]}' is not an allowed request")
+            raise unknown(what)
         return method
 
     def begin(self) -> None:
         """Start the clock; clients override it to prepare their output."""
         self.pacing.start(self.simulation.time)
 
-    def turned(self, moved: bool) -> None:
+    def after_turn(self, moved: bool) -> None:
         """Show the newest sample after each turn of `run`; `moved` is False while it waits or is paused."""
 
     def changed(self, parameters: Mapping[str, Any]) -> None:
@@ -258,9 +259,9 @@ class Driver:
         """Move the desired pose to a target, as `Simulation.target`; the first doubtful target causes a warning."""
         simulation, attitude = self.simulation, orientation if rpy is None else {"rpy": rpy}
         simulation.target(position, attitude, duration=MOVE if duration is None else duration)
-        doubts, doubted = simulation.scenario.doubts(simulation.events), self._doubted
-        self._doubted = bool(doubts)
-        return CommandWarning(f"target: {'; '.join(doubts)}") if doubts and not doubted else None
+        doubts, warned = simulation.scenario.doubts(simulation.events), self._target_warned
+        self._target_warned = bool(doubts)
+        return CommandWarning(f"target: {'; '.join(doubts)}") if doubts and not warned else None
 
     def request_push(self, force: Any = (0.0,) * 3, moment: Any = (0.0,) * 3, duration: float | None = None) -> None:
         """Add a wrench, N and N m."""
@@ -276,12 +277,17 @@ class Driver:
 
     def request_wrench(self, force: list[float], moment: list[float]) -> None:
         """Apply this wrench from now on instead of the previous one of such a request; zero ends it."""
-        before = self._wrench
+        before, simulation = self._wrench, self.simulation
+        force, moment = (
+            checked(values, (3,), f"wrench: {name}", finite=True).tolist()
+            for name, values in (("force", force), ("moment", moment))
+        )
         if before is not None and (list(before.force), list(before.moment)) == (force, moment):
             return
-        wrench = self.simulation.push(force, moment) if any(force + moment) else None
+        keys = {"force": force, "moment": moment}
+        wrench = simulation._do("wrench", Wrench, keys) if any(force + moment) else None
         if before is not None:
-            self.simulation.release(before)
+            simulation.release(before)
         self._wrench = wrench
 
     def request_tension(self, tension: list[float], names: list[str] | None = None) -> None:
@@ -318,6 +324,11 @@ class Driver:
         simulation.reset()
         self.attach(simulation)
         self.changed(simulation.scenario.options().numbers())
+
+
+def unknown(what: str) -> CdprError:
+    """Return the error of a request with an unknown name."""
+    return CdprError(f"'{what[:40]}' is not an allowed request")
 
 
 def checked_speed(speed: Any) -> float | None:

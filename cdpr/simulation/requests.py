@@ -11,7 +11,8 @@ from typing import Any, Literal
 from cdpr.base.errors import CdprError
 from cdpr.simulation.clock import Clock
 
-MOST = 200  # pending requests; beyond, awaited ones are rejected
+MAX_PENDING = 200  # pending requests; beyond, those that must not be replaced are rejected
+REPLACED = "replaced by a later request"
 
 Level = Literal["error", "warning", "info"]
 Reply = Callable[[Level, str], None]
@@ -24,11 +25,11 @@ class Request:
     Attributes:
         what: name of the request, as `Driver` has a method `request_NAME`.
         values: its arguments.
-        reply: receives messages about it, in the thread of the simulation.
+        reply: receives messages about it, in the thread of the simulation, or of the sender if the queue is closed.
         action: executed instead of the method of that name.
-        done: set when the request was processed or refused.
-        answer: "", or the reason of the refusal.
-        awaited: True if somebody waits for the result.
+        done: set when the request was executed, refused or replaced.
+        answer: "" if it was executed, or why it was not.
+        replaceable: True if a later request of its kind may replace it while it is pending.
     """
 
     what: str
@@ -37,7 +38,7 @@ class Request:
     action: Callable[[], object] | None = None
     done: Event = field(default_factory=Event)
     answer: str = ""
-    awaited: bool = False
+    replaceable: bool = True
     _taken: Any = field(default_factory=Lock)
 
     @property
@@ -53,6 +54,8 @@ class Request:
         """Answer with the reason of a refusal."""
         self.answer = reason
         self.done.set()
+        if self.reply is not None:
+            self.reply("error", reason)
 
 
 class Requests:
@@ -71,33 +74,40 @@ class Requests:
         self._some = Condition()
         self._closed = ""  # reason
 
-    def put(self, request: Request, *, awaited: bool = False) -> None:
-        """Append a request.
+    def put(self, request: Request, *, replaceable: bool = True) -> None:
+        """Append a request, or refuse it if the queue is closed.
 
-        An unawaited request replaces the last pending one of its kind, so that a flood does not grow the queue. An
-        awaited request in between prevents the replacement, to keep the order.
+        A replaceable request, such as a message of a stream, replaces the last pending one of its kind, so that a flood
+        does not grow the queue; the answer of the replaced one is `REPLACED`. A request that is not replaceable, such
+        as a command, is executed in any case. It also prevents replacements of earlier requests, to keep the order.
+
+        Args:
+            request: request to append.
+            replaceable: as above.
 
         Raises:
-            CdprError: if too many requests are pending and the request is awaited.
+            CdprError: if too many requests are pending and the request is not replaceable.
         """
         with self._some:
-            request.awaited = awaited
-            if self._closed:
-                request.refuse(self._closed)
-                return
-            if awaited and len(self._waiting) >= MOST:
-                raise CdprError(f"{request.what}: rejected: {MOST} requests are pending")
-            if not awaited:
-                self._forget(request.kind)
-            self._waiting.append(request)
-            self._some.notify()
+            request.replaceable = replaceable
+            closed = self._closed
+            if not closed:
+                if not replaceable and len(self._waiting) >= MAX_PENDING:
+                    raise CdprError(f"{request.what}: rejected: {MAX_PENDING} requests are pending")
+                if replaceable:
+                    self._replace(request.kind)
+                self._waiting.append(request)
+                self._some.notify()
+        if closed:  # without the lock: the reply is code of the client
+            request.refuse(closed)
 
-    def _forget(self, kind: tuple[str, Any]) -> None:
+    def _replace(self, kind: tuple[str, Any]) -> None:
         for one in reversed(self._waiting):
-            if one.awaited:
+            if not one.replaceable:
                 return
             if one.kind == kind:
                 self._waiting.remove(one)
+                one.answer = REPLACED
                 one.done.set()
                 return
 
@@ -119,6 +129,8 @@ class Requests:
         """Refuse all pending and later requests."""
         with self._some:
             self._closed = reason
-            while self._waiting:
-                if (request := self._waiting.popleft()).take():
-                    request.refuse(reason)
+            pending = [*self._waiting]
+            self._waiting.clear()
+        for request in pending:
+            if request.take():
+                request.refuse(reason)

@@ -13,7 +13,7 @@ import cdpr
 from cdpr.base.errors import CdprError, Infeasible
 from cdpr.simulation import driver as module
 from cdpr.simulation.driver import MOST_STEPS, WAITS, CommandWarning, Driver
-from cdpr.simulation.requests import MOST, Request, Requests
+from cdpr.simulation.requests import MAX_PENDING, Request, Requests
 
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
 SHORT = {"simulation.duration": 0.1, "initial.position": [1.0, 0.3, 1.5], "trajectory": {"type": "hold"}}
@@ -31,7 +31,7 @@ class Client(Driver):
         super().__init__(simulation, Requests(FakeClock()), speed=speed)
         self.script, self.while_paused, self.said, self.parameters = list(script), list(paused), [], {}
 
-    def turned(self, moved):
+    def after_turn(self, moved):
         if self.paused and self.while_paused:
             self.while_paused.pop(0)(self)
         while self.script and self.simulation.samples >= self.script[0][0]:
@@ -133,7 +133,7 @@ def test_requests_of_many_threads_are_executed_once_each():
     def send(mine):
         ready.wait()
         for request in mine:
-            driver.requests.put(request, awaited=True)
+            driver.requests.put(request, replaceable=False)
             request.done.wait(60.0)
 
     def finish():
@@ -220,23 +220,37 @@ def test_requests_after_the_end_are_refused_at_once():
     driver.script = [(100, lambda driver: driver.requests.put(late))]  # before the last step, too late to be executed
     driver.run()
     after = Request("push", {"force": [1.0, 0.0, 0.0]})
-    driver.requests.put(after, awaited=True)
+    driver.requests.put(after, replaceable=False)
     assert after.done.is_set()
     assert after.answer == "the run is over"
     assert late.done.is_set()
+
+
+def test_a_closed_queue_answers_all_requests():
+    requests, said = Requests(FakeClock()), []
+
+    def reply(level, text):
+        requests.put(Request("again"))  # a client may send from its reply
+        said.append((level, text))
+
+    requests.put(Request("step", reply=reply), replaceable=False)
+    requests.close("over")
+    requests.put(Request("step", reply=reply), replaceable=False)
+    assert said == [("error", "over")] * 2
 
 
 def test_a_client_that_dies_leaves_the_run_as_it_was():
     """It waits no longer: its request is abandoned, and executed never."""
     abandoned, replaced, last = (Request("push", {"force": [x, 0.0, 0.0]}) for x in (9.0, 8.0, 7.0))
     driver = Client()
-    driver.requests.put(abandoned, awaited=True)
+    driver.requests.put(abandoned, replaceable=False)
     assert abandoned.take()
     driver.requests.put(replaced)
     driver.requests.put(last)
     run = driver.run()
     assert run.external[0, :3].tolist() == [7.0, 0.0, 0.0]
     assert replaced.done.is_set()
+    assert (replaced.answer, last.answer) == ("replaced by a later request", "")
     assert not abandoned.done.is_set()
 
 
@@ -250,10 +264,11 @@ def test_refusals_change_nothing():
         (("release", {}), "release: missing a required argument: 'id'"),
         (("release", {"number": 7}), "release: unknown argument 'number'; expected id"),
         (("cut", {"cable": 99}), "cut: cable: cables are numbered from 1 to 8, got 99"),
+        (("wrench", {"force": [1.0, 2.0], "moment": [0.0] * 3}), "wrench: force: the shape must be (3,), got (2,)"),
         (("tension", {"tension": [1.0]}), "tension: the shape must be (8,), got (1,)"),
     ]
     asked = [Request(what, values) for (what, values), _ in bad]
-    driver = Client([(10, lambda driver: [driver.requests.put(each, awaited=True) for each in asked])])
+    driver = Client([(10, lambda driver: [driver.requests.put(each, replaceable=False) for each in asked])])
     run = driver.run()
     assert [text for _, text in driver.said] == [each.answer for each in asked] == [text for _, text in bad]
     assert run.rows.tobytes() == rows()
@@ -295,12 +310,12 @@ def test_the_first_doubtful_target_causes_a_warning():
 
 def test_the_queue_is_bounded():
     requests = Requests(FakeClock())
-    for _ in range(MOST):
-        requests.put(Request("step"), awaited=True)
-    with pytest.raises(CdprError, match=f"^step: rejected: {MOST} requests are pending"):
-        requests.put(Request("step"), awaited=True)
+    for _ in range(MAX_PENDING):
+        requests.put(Request("step"), replaceable=False)
+    with pytest.raises(CdprError, match=f"^step: rejected: {MAX_PENDING} requests are pending"):
+        requests.put(Request("step"), replaceable=False)
     requests.put(Request("pause"))  # of the driver's own thread: replaced, not counted
-    assert sum(1 for _ in iter(requests.get, None)) == MOST + 1
+    assert sum(1 for _ in iter(requests.get, None)) == MAX_PENDING + 1
 
 
 def test_a_driver_without_a_simulation_refuses():

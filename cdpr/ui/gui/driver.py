@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from cdpr.base.errors import CdprError, PlantEnded, one_line
 from cdpr.base.redirect_output import redirect_output
-from cdpr.simulation.driver import Driver
+from cdpr.simulation.driver import NOT_SIMULATED, Driver, unknown
 from cdpr.simulation.requests import Level, Reply, Request
 from cdpr.ui.gui.broadcast import Broadcast
 
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 FRAME = 1.0 / 60.0  # s between two frames: the refresh rate of screens
 IDLE = 0.5  # s after which an unchanged frame is sent again
 SAMPLES, STATUS = 0.1, 0.2  # s between two messages of these kinds during a run
-BUSY = 1.0 / 30.0  # s of computation between two checks for requests
-FIRST, MOST = 32, 16384  # steps between two checks: at the start, and at most
+PORTION_TIME = 1.0 / 30.0  # s of computation between two checks for requests
+FIRST_PORTION, MAX_PORTION = 32, 16384  # steps between two checks: at the start, and at most
 PATIENCE = 2.0  # s that `close` waits for the current step
 
 # Status without a simulation, with the keys of `SimulationSession.about`.
@@ -49,7 +49,7 @@ class WindowDriver(Driver):
     """
 
     def __init__(self, broadcast: Broadcast, log: Callable[[str], None]) -> None:
-        super().__init__(most=FIRST)
+        super().__init__(most=FIRST_PORTION)
         self._broadcast, self._log = broadcast, log
         self._session: SimulationSession | None = None
         self._scenario: Scenario | None = None
@@ -69,7 +69,7 @@ class WindowDriver(Driver):
     def command(self, do: str, arguments: Mapping[str, Any], reply: Reply) -> None:
         """Queue a command, executed between two steps; `reply` receives its messages."""
         try:
-            self.requests.put(Request(do, dict(arguments), reply), awaited=True)
+            self.requests.put(Request(do, dict(arguments), reply), replaceable=False)
         except CdprError as full:
             reply("error", str(full))
 
@@ -94,9 +94,10 @@ class WindowDriver(Driver):
                 if not self._closed:
                     self._guarded(self._turn, self._to_all)
             self._guarded(self._end, self._to_all)
+            self.requests.close("the window is closed")
 
     @property
-    def going(self) -> bool:
+    def accepting(self) -> bool:
         """True until it is closed; the window can restart runs that have ended."""
         return not self._closed
 
@@ -157,7 +158,7 @@ class WindowDriver(Driver):
             self._go_to("failed", str(error) if isinstance(error, CdprError) else f"internal error: {one_line(error)}")
             raise
         self.attach(self._session.simulation)
-        self.most = FIRST
+        self.most = FIRST_PORTION
         self._go_to("ready", "")
         self._publish(everything=True)
 
@@ -178,9 +179,13 @@ class WindowDriver(Driver):
 
     def handler(self, what: str) -> Callable[..., object]:
         """Return the function that executes a command of a window."""
-        if what in ("save_session", "save_run") and self._session is not None:
+        if what in ("save_session", "save_run"):
+            if self._session is None:
+                raise CdprError(NOT_SIMULATED)
             return getattr(self._session, what)  # type: ignore[no-any-return]
-        return super().handler("" if what in ("wrench", "tension") else what)  # no window sends streams
+        if what in ("wrench", "tension"):  # no window sends streams
+            raise unknown(what)
+        return super().handler(what)
 
     def request_run(self) -> None:
         """Start or resume."""
@@ -210,7 +215,7 @@ class WindowDriver(Driver):
         """Simulate up to the current time of the clock, and publish what is due."""
         began = self.clock.now()
         if self.advance() == self.most:
-            self.most = min(2 * self.most, MOST) if self.clock.now() - began < BUSY / 2 else max(self.most // 2, 1)
+            self.most = min(2 * self.most, MAX_PORTION) if self.clock.now() - began < PORTION_TIME / 2 else max(self.most // 2, 1)
         self._publish()
 
     def step(self, n: int) -> None:

@@ -37,8 +37,8 @@ class LiveDriver(Driver):
         self._link, self._period = link, 1.0 / rate
         self._shown = -math.inf, -math.inf  # clock time and simulated time of the last shown sample
         part = self._period / math.ceil(LOOKS * self._period)  # a whole number of slices per period
-        slice = max(1, first_sample(part, scenario.simulation.control_step))
-        super().__init__(Simulation(scenario, out=out), link.requests, speed=speed, slice=slice, most=slice)
+        steps = max(1, first_sample(part, scenario.simulation.control_step))
+        super().__init__(Simulation(scenario, out=out), link.requests, speed=speed, slice_steps=steps, most=steps)
 
     def begin(self) -> None:
         """Start the link, too."""
@@ -46,7 +46,7 @@ class LiveDriver(Driver):
         self.changed({"paused": self.paused, "speed": self.pacing.speed})
         super().begin()
 
-    def turned(self, moved: bool) -> None:
+    def after_turn(self, moved: bool) -> None:
         """Show the newest sample, if it is due.
 
         Samples are shown once per period of simulated time at up to real time, once per period of the clock in faster

@@ -141,7 +141,7 @@ class Sender(ABC):
     def submit(self, request: Request) -> str:
         """Send a request to the simulation; return "" or the reason of its refusal."""
         try:
-            self.requests.put(request, awaited=True)
+            self.requests.put(request, replaceable=False)
         except CdprError as full:
             return str(full)
         if not request.done.wait(ANSWERS) and request.take():

@@ -177,6 +177,7 @@ def shared():
         ("set", {"key": "solver.nothing", "value": 1}, "cannot change during a run"),
         ("set", {"key": 3, "value": 1}, "key"),
         ("fly", {}, "'fly' is not an allowed request"),
+        ("tension", {"tension": []}, "'tension' is not an allowed request"),
         ("save_session", {"out": "name.txt"}, "ends in .yaml"),
         ("save_session", {"out": 3}, "expected the name of a file"),
         ("save_session", {"out": "a\0b.yaml"}, "expected the name of a file"),
@@ -218,6 +219,21 @@ def test_the_request_queue_of_windows_is_bounded():
         assert "requests are pending" in told[0][1]
         it.do("step")
         assert it.said() == []
+
+
+def test_commands_after_the_close_are_answered():
+    with running_driver() as it:
+        it.driver.requests.put(Request("close", action=it.driver._leave))
+        it.do("save_run")  # behind `close`, or after it
+    it.do("run")
+    assert it.told == [("error", "the window is closed")] * 2
+
+
+def test_saving_needs_a_simulation():
+    with running_driver() as it:
+        it.do("save_run")
+        it.do("save_session", out="name.yaml")
+        assert it.said() == [("error", "not simulated: correct the errors and apply, or reset")] * 2
 
 
 @pytest.mark.slow

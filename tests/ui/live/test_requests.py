@@ -97,12 +97,13 @@ def test_the_newest_unclaimed_message_is_kept():
         waiting.put(Request("set", {"key": "a", "k": k}))
         waiting.put(Request("set", {"key": "b", "k": k}))
         if k == 50:
-            waiting.put(Request("step"), awaited=True)  # with what was set before
+            waiting.put(Request("step"), replaceable=False)  # with what was set before
     found = list(iter(waiting.get, None))
     told = [(one.what, one.values.get("key"), one.values.get("k")) for one in found]
     values = [("wrench", None), ("set", "a"), ("set", "b")]
     assert told == [(*one, 50) for one in values] + [("step", None, None)] + [(*one, 99) for one in values]
     assert first.done.is_set()  # who set it, too, need wait no more
+    assert first.answer == "replaced by a later request"
 
 
 def test_a_stop_is_possible_however_much_was_done(monkeypatch):
@@ -157,7 +158,7 @@ def test_parameters_keep_their_values():
         seen.append(dict(link.parameters))
         if len(seen) == 2:
             link.requests.put(Request("set", {"key": "controller.kp", "value": 2.0 * kp}))
-            link.requests.put(Request("step"), awaited=True)
+            link.requests.put(Request("step"), replaceable=False)
             link.requests.put(Request("set", {"key": "controller.kp", "value": -1.0}))
         if seen[-1]["paused"]:
             link.requests.put(Request("reset"))
