@@ -23,6 +23,20 @@ class Clock:
         condition.wait(seconds)
 
 
+def next_portion(steps: int, seconds: float, limit: float, most: int) -> int:
+    """Return the number of steps of the next call: doubled if the last was short, halved if too long, else unchanged.
+
+    Args:
+        steps: number of steps of the last call.
+        seconds: duration of the last call, s.
+        limit: longest desired duration, s; calls of at least half of it keep their size.
+        most: largest number of steps.
+    """
+    if seconds > limit:
+        return max(steps // 2, 1)
+    return min(2 * steps, most) if seconds < 0.5 * limit else steps
+
+
 class Pacing:
     """Simulated time that is due by a clock, in slices.
 

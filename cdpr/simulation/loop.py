@@ -18,6 +18,7 @@ from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.controller import Output
 from cdpr.scenario.events import ScenarioEvent
 from cdpr.simulation.attached import LoopBodies
+from cdpr.simulation.clock import next_portion
 from cdpr.simulation.controller_calls import ControllerCalls
 from cdpr.simulation.external_command import ExternalCommands
 from cdpr.simulation.faults import fault_message
@@ -242,7 +243,7 @@ class Loop:
                 else:
                     start = monotonic()
                     pipeline.run_until(min(k, max(pace.count, count + 1), count + most))
-                    most = min(2 * most, pace.block) if monotonic() - start < BRIEF else max(most // 2, 1)
+                    most = next_portion(most, monotonic() - start, BRIEF, pace.block)
                 if pipeline.count >= pace.count or monotonic() > pace.due:
                     pace.after(pipeline.count)
         except (SimulationStopped, PluginError) as stop:  # as `timed`, which costs as much as a single step

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from fake_clock import FakeClock
 
-from cdpr.simulation.clock import LATE, Pacing
+from cdpr.simulation.clock import LATE, Pacing, next_portion
 
 STEP = 0.001
 
@@ -53,6 +53,13 @@ def test_repeated_changes_of_speed_do_not_delay():
         clock.time += 0.01
     assert made.slices(0.0) == 2  # s: half of the time at each speed
     assert made.when(2.0) == pytest.approx(clock.time + 1.0 / 3.0)
+
+
+@pytest.mark.parametrize(
+    ("steps", "seconds", "size"), [(4, 0.4, 8), (40, 0.4, 64), (4, 0.5, 4), (4, 1.0, 4), (4, 1.1, 2), (1, 9.0, 1)]
+)
+def test_the_size_of_portions_stays_within_a_band_of_durations(steps, seconds, size):
+    assert next_portion(steps, seconds, limit=1.0, most=64) == size
 
 
 def test_no_limit_of_speed_is_always_due():

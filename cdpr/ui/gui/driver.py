@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from cdpr.base.errors import CdprError, PlantEnded, one_line
 from cdpr.base.redirect_output import redirect_output
+from cdpr.simulation.clock import next_portion
 from cdpr.simulation.driver import NOT_SIMULATED, Driver, unknown
 from cdpr.simulation.requests import Level, Reply, Request
 from cdpr.ui.gui.broadcast import Broadcast
@@ -215,7 +216,7 @@ class WindowDriver(Driver):
         """Simulate up to the current time of the clock, and publish what is due."""
         began = self.clock.now()
         if self.advance() == self.most:
-            self.most = min(2 * self.most, MAX_PORTION) if self.clock.now() - began < PORTION_TIME / 2 else max(self.most // 2, 1)
+            self.most = next_portion(self.most, self.clock.now() - began, PORTION_TIME, MAX_PORTION)
         self._publish()
 
     def step(self, n: int) -> None:
