@@ -29,6 +29,7 @@ SHARE = 0.05  # largest share of the time spent on such requests
 MOVE = 2.0  # s, default duration of a move to a target
 MOST_STEPS = 10_000  # per request
 NOT_SIMULATED = "not simulated: correct the errors and apply, or reset"
+INTERRUPTING = ("pause", "run", "reset", "load", "close")  # requests that end the remaining steps of a request
 FORWARDED = ("cut", "jam", "stop")  # requests that are methods of the simulation
 
 
@@ -74,10 +75,13 @@ class Driver:
         self.slice_steps, self.most = slice_steps, most
         self._late_from = -math.inf  # time of the clock from which late requests are processed
         self._numbers = count(1)
+        self._remaining = 0  # steps of the request that is answered after them
+        self._stepping: Request | None = None  # that request
         self.attach(simulation)
 
     def attach(self, simulation: Simulation | None) -> None:
         """Drive another simulation, or none."""
+        self.end_steps()
         self._simulation = simulation
         self.pushes: dict[int, Wrench] = {}
         self._wrench: Wrench | None = None
@@ -106,6 +110,8 @@ class Driver:
     @property
     def deadline(self) -> float:
         """Time of the clock at which something other than requests is due."""
+        if self._remaining:
+            return -math.inf
         return math.inf if self.paused else self.pacing.when(self.simulation.time)
 
     def run(self, progress: Callable[[int, int], None] | None = None) -> Run:
@@ -132,24 +138,36 @@ class Driver:
                     self.after_turn(moved)
             return simulation.run()
         finally:
+            self.end_steps()
             self.requests.close("the run is over")
 
     def serve(self) -> None:
         """Execute requests until something else is due, but not for long."""
         until = self.clock.now() + WAITS
         while self.accepting and (wait := min(self.deadline, until) - self.clock.now()) > 0.0:
-            request = self.requests.get(wait)
+            request = self._next(wait)
             if request is not None:
                 self.answer(request)
         # if a slice is due: endless requests must not block the simulation
         begun = now = self.clock.now()
-        while begun >= self._late_from and now - begun <= REQUEST_TIME and self.accepting and (request := self.requests.get()):
+        while begun >= self._late_from and now - begun <= REQUEST_TIME and self.accepting and (request := self._next()):
             self.answer(request)
             now = self.clock.now()
         self._late_from = max(self._late_from, now + min((now - begun) / SHARE, WAITS))
 
+    def _next(self, timeout: float = 0.0) -> Request | None:
+        """Return the next request; while requested steps remain, only one that ends them."""
+        request = self.requests.get(timeout, INTERRUPTING if self._remaining else None)
+        if request is not None:
+            self.end_steps()
+        return request
+
     def advance(self) -> int:
-        """Simulate what is due, up to `most` control steps; return the number of steps."""
+        """Simulate what is due, or requested steps that remain, up to `most` control steps; return their number."""
+        if self._remaining:
+            n = min(self._remaining, self.most)
+            self._step_portion(n)
+            return n
         if self.paused:
             return 0
         due = self.pacing.slices(self.simulation.time)
@@ -161,6 +179,30 @@ class Driver:
     def step(self, n: int) -> None:
         """Simulate n control steps, or those that remain, with the requested tensions, if any."""
         self.simulation.step(n, tension=self._tension)
+
+    def _step_portion(self, n: int) -> None:
+        """Simulate n of the requested steps; if they are the last, answer the request."""
+        try:
+            self.step(n)
+        except BaseException as error:
+            if self._stepping is not None:
+                self._stepping.answer = str(error)
+            self._remaining = 0
+            raise
+        else:
+            self._remaining = 0 if self.simulation.done else self._remaining - n
+        finally:
+            if not self._remaining:
+                self.steps_done()
+                self.end_steps()
+
+    def end_steps(self) -> None:
+        """Drop the requested steps that remain, and answer their request."""
+        request, self._stepping, remaining, self._remaining = self._stepping, None, self._remaining, 0
+        if request is not None and remaining:
+            request.refuse(f"step: interrupted, {remaining} steps remain")
+        elif request is not None:
+            request.done.set()
 
     def answer(self, request: Request) -> None:
         """Execute a request and report its result.
@@ -179,7 +221,10 @@ class Driver:
             if isinstance(result, str):
                 self.report(request, "warning" if isinstance(result, CommandWarning) else "info", result)
         finally:
-            request.done.set()
+            if self._remaining and self._stepping is None:
+                self._stepping = request  # answered by `end_steps`
+            else:
+                request.done.set()
 
     def perform(self, request: Request) -> object:
         """Execute a request; return its message, if any.
@@ -211,6 +256,9 @@ class Driver:
     def after_turn(self, moved: bool) -> None:
         """Show the newest sample after each turn of `run`; `moved` is False while it waits or is paused."""
 
+    def steps_done(self) -> None:
+        """Show the newest sample after requested steps."""
+
     def changed(self, parameters: Mapping[str, Any]) -> None:
         """Show changed parameters."""
 
@@ -240,12 +288,16 @@ class Driver:
         self.changed({"paused": paused})
 
     def request_step(self, n: int = 1) -> None:
-        """Simulate some control steps and pause."""
+        """Simulate some control steps and pause.
+
+        Many steps are simulated in portions, in `advance`. Meanwhile other requests wait, except `INTERRUPTING` ones.
+        """
         if type(n) is not int or not 1 <= n <= MOST_STEPS:
             raise CdprError(f"step: expected a whole number from 1 to {MOST_STEPS}, got {n!r}")
         self.check_unfinished()
         self.request_pause()
-        self.step(n)
+        self._remaining = n
+        self._step_portion(min(n, self.most))
 
     def request_speed(self, value: float | None = None) -> None:
         """Set the speed as a multiple of the clock's; None for no limit."""

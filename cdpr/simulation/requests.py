@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Container
 from dataclasses import dataclass, field
 from threading import Condition, Event, Lock
 from typing import Any, Literal
@@ -111,12 +111,17 @@ class Requests:
                 one.done.set()
                 return
 
-    def get(self, timeout: float = 0.0) -> Request | None:
-        """Return the first request, waiting up to `timeout` s; None if there is none."""
+    def get(self, timeout: float = 0.0, only: Container[str] | None = None) -> Request | None:
+        """Return the first request, waiting up to `timeout` s; None if there is none.
+
+        Args:
+            timeout: as above.
+            only: names of requests; the first request stays in the queue if it has another name.
+        """
         until = self.clock.now() + timeout
         with self._some:
             while True:
-                while self._waiting:
+                while self._waiting and (only is None or self._waiting[0].what in only):
                     request = self._waiting.popleft()
                     if request.take():
                         return request

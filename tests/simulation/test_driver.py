@@ -180,6 +180,35 @@ def test_pause_step_and_resume():
     assert driver.clock.time == pytest.approx(0.1 - 0.004 + 3 * WAITS, abs=1e-6)  # four steps were made at once
 
 
+def test_many_steps_are_made_in_portions_and_answered_after_the_last():
+    request, later = Request("step", {"n": 50}), Request("push", {"force": [9.0, 0.0, 0.0]})
+    seen = []
+
+    def look(driver, n):
+        seen.append((driver.simulation.samples, request.done.is_set()))
+        if n:
+            driver.requests.put(later)  # waits for the steps
+
+    driver = Client([(16, lambda it: look(it, 1)), (24, lambda it: look(it, 0)), (50, lambda it: look(it, 0))])
+    driver.most = 8
+    driver.while_paused = [nothing] * 7 + [resume]
+    driver.requests.put(request, replaceable=False)
+    run = driver.run()
+    assert seen == [(16, False), (24, False), (50, True)]
+    assert (request.answer, later.answer) == ("", "")
+    assert run.events[0].time == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize("what", ["pause", "reset"])
+def test_requests_that_interrupt_end_the_remaining_steps(what):
+    request = Request("step", {"n": 50})
+    driver = Client([(8, ask(what))], paused=[nothing] * 3 + [resume])
+    driver.most = 8
+    driver.requests.put(request, replaceable=False)
+    assert driver.run().rows.tobytes() == rows()
+    assert request.answer == "step: interrupted, 34 steps remain"
+
+
 def test_a_pause_is_not_caught_up():
     driver = Client([(50, ask("pause"))], paused=[*[nothing] * 4, resume])
     assert driver.run().rows.tobytes() == rows()

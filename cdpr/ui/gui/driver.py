@@ -59,7 +59,7 @@ class WindowDriver(Driver):
         self._text, self._fault = "", ""
         self._due = dict.fromkeys(("frame", "samples", "status"), 0.0)
         self._writing: list[Thread] = []  # threads that write files and report later
-        self._closed = False
+        self._closing = self._closed = False
         self._thread = Thread(target=self._loop, name="cdpr simulation", daemon=True)
         self._thread.start()
 
@@ -80,6 +80,7 @@ class WindowDriver(Driver):
 
     def close(self) -> None:
         """End the simulation and release its resources; running file operations are completed."""
+        self._closing = True  # ends steps that remain, also if other requests wait for them
         self.requests.put(Request("close", action=self._leave))
         self._thread.join(PATIENCE)
         for thread in self._writing:
@@ -105,7 +106,8 @@ class WindowDriver(Driver):
     @property
     def deadline(self) -> float:
         """Time of the next frame; runs without a limit of speed do not wait."""
-        return 0.0 if not self.paused and self.pacing.speed is None else self._due["frame"]
+        unpaced = self._remaining or (not self.paused and self.pacing.speed is None)
+        return 0.0 if unpaced else self._due["frame"]
 
     def answer(self, request: Request) -> None:
         """Execute a request and report whatever it raises."""
@@ -206,6 +208,10 @@ class WindowDriver(Driver):
             raise CdprError("no scenario is applied yet")
         self._begin(self._scenario)
 
+    def steps_done(self) -> None:
+        """Publish the state after requested steps."""
+        self._publish(everything=True)
+
     def request_step(self, n: int = 1) -> None:
         """Simulate some control steps and pause."""
         super().request_step(n)
@@ -214,6 +220,8 @@ class WindowDriver(Driver):
 
     def _turn(self) -> None:
         """Simulate up to the current time of the clock, and publish what is due."""
+        if self._closing:
+            self.end_steps()
         began = self.clock.now()
         if self.advance() == self.most:
             self.most = next_portion(self.most, self.clock.now() - began, PORTION_TIME, MAX_PORTION)

@@ -79,9 +79,8 @@ class LiveDriver(Driver):
         elif level == "warning":
             self._link.warned(text)
 
-    def request_step(self, n: int = 1) -> None:
-        """Show the sample, too."""
-        super().request_step(n)
+    def steps_done(self) -> None:
+        """Show the newest sample."""
         self._show()
 
     def request_reset(self) -> None:

@@ -229,6 +229,16 @@ def test_commands_after_the_close_are_answered():
     assert it.told == [("error", "the window is closed")] * 2
 
 
+def test_a_close_ends_steps():
+    with running_driver(scenario(**{"simulation.duration": 60.0})) as it:
+        it.phase("ready")
+        it.driver._closing = True  # as `close` does first
+        it.do("step", n=10_000)
+        it.do("push", force=[1.0, 0.0, 0.0])
+        ((level, text),) = it.said()
+        assert (level, text) == ("error", "step: interrupted, 9968 steps remain")
+
+
 def test_saving_needs_a_simulation():
     with running_driver() as it:
         it.do("save_run")
