@@ -129,8 +129,8 @@ class Controller(ABC):
     def sense(self, cables: Array) -> None:  # noqa: B027 - an optional hook
         """Store a live view of the measurements at the cables; called once, before the first `control`.
 
-        `cables` is (2, m): true lengths, m, and rates, m/s. `self.robot` is the nominal model, whose lengths may differ
-        at the same state.
+        `cables` is (2, m): measured lengths, m, and rates, m/s; the true ones without sensors. `self.robot` is the
+        nominal model, whose lengths may differ at the same state.
 
         Args:
             cables: (2, m), live and read-only.

@@ -87,7 +87,7 @@ class LoopBodies(AttachedBodies):
         known = [body for body in bodies if body.known]
         if known == [body for body in before if body.known]:
             return
-        if not parts.controller.renew(with_attachments(parts.nominal or parts.robot, known)):
+        if not parts.controller.renew(with_attachments(parts.perceived_robot, known)):
             raise PluginError(
                 f"{type(parts.controller).__name__} cannot take the mass of a known body during a run: set known: "
                 "false, or choose another controller"

@@ -15,6 +15,7 @@ from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.registry import Registered, Role
 from cdpr.scenario import Scenario
 from cdpr.scenario.events import mass_changes
+from cdpr.simulation.loop_part import perceived_differs
 from cdpr.simulation.loop_parts import loop_parts
 
 
@@ -41,9 +42,10 @@ def columns_of(scenario: Scenario) -> tuple[Column, ...]:
     chosen = chosen_plugins(scenario)
     declared = [replace(column, owner=role) for role, entry in chosen.items() for column in entry.info.columns]
     first = FIRST if scenario.ideal_cables else FIRST + WINCHED
-    nominal = NOMINAL_COLUMNS if scenario.nominal else ()
+    parts = loop_parts(scenario)
+    nominal = NOMINAL_COLUMNS if perceived_differs(scenario.nominal, parts) else ()
     loaded = LOADED if mass_changes(scenario.events) else ()
-    of_parts = [column for part in loop_parts(scenario) for column in part.columns]
+    of_parts = [column for part in parts for column in part.columns]
     more = (*LATER, *nominal, *loaded, *of_parts, *declared)
     found = clash((*first, *more), tuple(cable.name for cable in scenario.robot.cables))
     if found is not None:

@@ -29,17 +29,18 @@ AHEAD = np.linspace(0.0, 2.0, 201)
 
 
 def fault_message(
-    fault: int, robot: Robot, nominal: Robot | None, state: Array, before: Array | None, period: float
+    fault: int, robot: Robot, perceived: Robot | None, state: Array, before: Array | None, period: float
 ) -> str:
     """Return a message for a faulty state (13,), with the cable that causes it, if known.
 
+    `perceived` is the robot that the controller uses; NO_LENGTH_NOMINAL concerns it, at the state that it sees.
     `before` (13,) is the state of the previous sample, a control `period` (s) earlier, if there was one.
     """
     if fault == NOT_FINITE and before is not None and np.isfinite(before).all():
         way = next(filter(None, (without_length(robot, _after(before, share * period)) for share in AHEAD)), "")
         cause = f"; {FAULTS[NO_LENGTH]} along the motion of the platform{way}" if way else ""
         return f"{FAULTS[fault]}{cause} (the sample before: {_brief(before)})"
-    whose = {NO_LENGTH: robot, NO_LENGTH_NOMINAL: nominal}.get(fault)
+    whose = {NO_LENGTH: robot, NO_LENGTH_NOMINAL: perceived}.get(fault)
     which = "" if whose is None else without_length(whose, state)
     return f"{FAULTS[fault]}{which} ({_brief(state)})"
 

@@ -21,7 +21,7 @@ from cdpr.simulation.attached import LoopBodies
 from cdpr.simulation.clock import next_portion
 from cdpr.simulation.controller_calls import ControllerCalls
 from cdpr.simulation.external_command import ExternalCommands
-from cdpr.simulation.faults import fault_message
+from cdpr.simulation.faults import NO_LENGTH_NOMINAL, fault_message
 from cdpr.simulation.finite_limits import check_limits
 from cdpr.simulation.loads import Loads
 from cdpr.simulation.moment import Memory, Moment
@@ -72,7 +72,7 @@ class Loop:
         self.state, self.desired = present.state, present.desired
         self.wrench, self.tension, self.W = present.live.wrench, present.live.tension, present.live.W
         # The controller cannot change its inputs.
-        self.given_state, self.given_desired = read_only(self.state), read_only(self.desired)
+        self.given_state, self.given_desired = read_only(present.seen), read_only(self.desired)
         self.sample = parts.trajectory.sampler(self.desired)
         locked = np.zeros(parts.robot.m, dtype=bool)
         self.calls = ControllerCalls(parts, present.cables, locked)
@@ -386,6 +386,5 @@ class Loop:
         parts, k, rows = self.parts, self.count, self.pipeline.rows
         state = self.layout.span("position", "angular_velocity")
         before = rows[(k - 1) % len(rows), state] if k else None
-        raise Diverged(
-            fault_message(fault, parts.robot, parts.nominal, parts.backend.state, before, parts.control_step)
-        )
+        where = self.present.seen if fault == NO_LENGTH_NOMINAL else parts.backend.state
+        raise Diverged(fault_message(fault, parts.robot, parts.perceived_robot, where, before, parts.control_step))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,6 +24,10 @@ class Surroundings:
         step: control period, s.
         view: function that returns the columns of the present row from one field to another, live.
         columns: the part's own columns, live, by name.
+        state: (13,), true state of the present sample, read-only.
+        seen: (13,), state that controller and tension stage use. It is read-only unless the part declares it in
+            `writes`; it equals `state` until a part writes it, in each sample.
+        seen_cables: (2, m), lengths, m, and rates, m/s, that the controller measures; likewise, with the true values.
     """
 
     robot: Robot
@@ -31,6 +35,9 @@ class Surroundings:
     step: float
     view: Callable[..., Array]
     columns: Mapping[str, Array]
+    state: Array
+    seen: Array
+    seen_cables: Array
 
 
 class LoopPart(SnapshotOfArrays):
@@ -43,6 +50,7 @@ class LoopPart(SnapshotOfArrays):
         name: name of the part in messages, in `run.json` and of its operations.
         columns: columns that it adds to a row.
         arrays: its memory, live.
+        writes: "seen" or "seen_cables" or both, if operations of `observed` write these arrays of `Surroundings`.
 
     Example:
         >>> import numpy as np
@@ -65,6 +73,7 @@ class LoopPart(SnapshotOfArrays):
     name: str = ""
     columns: tuple[Column, ...] = ()
     arrays: tuple[Array, ...] = ()
+    writes: frozenset[str] = frozenset()
 
     def connect(self, surroundings: Surroundings) -> None:
         """Receive the live arrays of the loop, before `arrays` and the operations are read."""
@@ -89,3 +98,20 @@ class LoopPart(SnapshotOfArrays):
     def describe(self) -> dict[str, Any]:
         """Return metadata for `run.json`; {} for none."""
         return {}
+
+
+def writes(parts: Iterable[LoopPart], name: str) -> bool:
+    """Return True if one of these parts writes the array `name` of `Surroundings`."""
+    return any(name in part.writes for part in parts)
+
+
+def perceived_differs(nominal: Robot | None, parts: Iterable[LoopPart]) -> bool:
+    """Return True if controller and tension stage use another robot or state than the true one.
+
+    Their wrench matrix then differs from that of the plant, and a run has the columns of the true wrench and margins.
+
+    Args:
+        nominal: nominal robot, if it differs from the robot.
+        parts: parts of the loop.
+    """
+    return nominal is not None or writes(parts, "seen")

@@ -51,7 +51,8 @@ class Memory:
         # All members with a memory; only the backend needs a state to reset, and events are reset when a run begins.
         self._resettable = (stage, parts.controller, calls, parts.solver, *parts.more)
         self._owners = (backend, *self._resettable, schedule)
-        self._live = (present.row, present.live.W, present.true_W, backend.command, backend.external)
+        geometry = present.live.W, present.true_W
+        self._live = (present.row, *geometry, *present.perceived, backend.command, backend.external)
 
     def reset(self, start: Array) -> None:
         """Reset all members, the plant to the state `start` (13,)."""

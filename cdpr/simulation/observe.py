@@ -82,7 +82,7 @@ def observing(body: Body, shown: PlantOutputs, seen: Observation, period: float)
 
 
 def observing_nominal(robot: Robot, state: Array, matrix: Array) -> Callable[[], int]:
-    """Return a bound operation that writes the wrench matrix (6, m) of the nominal robot at `state` (13,).
+    """Return a bound operation that writes the wrench matrix (6, m) of the perceived robot at the seen `state` (13,).
 
     It returns 0 or a key of FAULTS.
     """

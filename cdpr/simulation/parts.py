@@ -12,7 +12,7 @@ from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import Output
 from cdpr.plugins.info import Role
 from cdpr.scenario.events import ScenarioEvent
-from cdpr.simulation.loop_part import LoopPart
+from cdpr.simulation.loop_part import LoopPart, perceived_differs
 from cdpr.simulation.settings import Settings
 from cdpr.tension.policy import Policy
 from cdpr.trajectory import Trajectory
@@ -43,3 +43,13 @@ class Parts:
     live: frozenset[Role] = frozenset()  # parts without a warm-up: a reset would not undo its effects
     nominal: Robot | None = None  # nominal robot of controller and solver, if it differs from the robot
     more: tuple[LoopPart, ...] = ()  # further parts, of `cdpr.simulation.loop_parts`
+
+    @property
+    def perceived_robot(self) -> Robot:
+        """Robot that the controller uses."""
+        return self.nominal or self.robot
+
+    @property
+    def perceived_differs(self) -> bool:
+        """True if controller and tension stage use another robot or state than the true one."""
+        return perceived_differs(self.nominal, self.more)

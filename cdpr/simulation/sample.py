@@ -21,7 +21,7 @@ from cdpr.plugins.compiled import speaks_for
 from cdpr.scenario.events import ScenarioEvent, broken, guarding
 from cdpr.scenario.events.limit_changes import limit_changes
 from cdpr.simulation.columns import hand_out
-from cdpr.simulation.loop_part import Surroundings
+from cdpr.simulation.loop_part import LoopPart, Surroundings, writes
 from cdpr.simulation.observe import Body, Observation, PlantOutputs, acceleration_bounds, observing, observing_nominal
 from cdpr.simulation.parts import Parts
 from cdpr.tension.current_sample import Cables, Present
@@ -38,7 +38,9 @@ class Sample:
         layout: columns of `row`.
         row: all recorded values; the parts work on views of it.
         state, desired: views of it.
-        live: arrays of the tension stage; with a nominal model, W is that of the nominal robot at the true state.
+        seen: (13,), state that controller and tension stage use; `state` itself if no part writes it.
+        seen_cables: (2, m), cable lengths, m, and rates, m/s, that the controller measures; likewise views of `row`.
+        live: arrays of the tension stage; W is that of the perceived robot at the state `seen`.
         cables: limits and imposed tensions.
         true_W: (6, m) wrench matrix of the simulated robot.
     """
@@ -58,12 +60,29 @@ class Sample:
         bounds = acceleration_bounds(robot, parts.backend.gravity)
         self._body = Body(line_table(robot), robot.inertial.copy(), parts.backend.gravity, bounds)
         self._readings = ([], []) if parts.ideal_cables else self._reading()
-        self.true_W = W if parts.nominal is None else np.zeros((6, robot.m))
+        self.true_W = np.zeros((6, robot.m)) if parts.perceived_differs else W
+        cables = view("length", "rate")
+        self.seen = np.zeros(13) if writes(parts.more, "seen") else self.state
+        seen_cables = np.zeros(2 * robot.m) if writes(parts.more, "seen_cables") else cables
+        self.seen_cables = seen_cables.reshape(2, robot.m)
+        pairs = (self.state, self.seen), (cables, seen_cables)
+        self._perceived = [(truth, own) for truth, own in pairs if own is not truth]
         for part in parts.more:
-            own = {column.name: self.view(column.name) for column in part.columns}
-            part.connect(Surroundings(robot, parts.backend, parts.control_step, self.view, own))
+            part.connect(self._surroundings(part))
         parts.controller.connect(self.live.report)
-        parts.controller.sense(read_only(view("length", "rate").reshape(2, robot.m)))
+        parts.controller.sense(read_only(self.seen_cables))
+
+    def _surroundings(self, part: LoopPart) -> Surroundings:
+        parts, own = self._parts, {column.name: self.view(column.name) for column in part.columns}
+        arrays = {"seen": self.seen, "seen_cables": self.seen_cables}
+        seen, cables = (array if name in part.writes else read_only(array) for name, array in arrays.items())
+        about = parts.robot, parts.backend, parts.control_step, self.view, own
+        return Surroundings(*about, read_only(self.state), seen, cables)
+
+    @property
+    def perceived(self) -> tuple[Array, ...]:
+        """Arrays of the perceived sample that are not views of the row."""
+        return tuple(own for _, own in self._perceived)
 
     def renew(self, robot: Robot) -> None:
         """Observe a robot with another platform."""
@@ -90,10 +109,13 @@ class Sample:
         operations = [Operation("geometry", observe, refuse)]
         if not parts.ideal_cables and period:
             operations += self._readings[1]
-        if parts.nominal is not None:
-            nominal = observing_nominal(parts.nominal, self.state, self.live.W)
-            operations.append(Operation("geometry", nominal, refuse))
-        return operations + [each for part in parts.more for each in part.observed(period)]
+        operations += [Operation("seen", bind("copy", source=truth, target=own)) for truth, own in self._perceived]
+        operations += [each for part in parts.more for each in part.observed(period)]
+        operations += [Operation("seen", bind("not_finite", values=own), self._refuse_seen) for own in self.perceived]
+        if parts.perceived_differs:
+            perceived = observing_nominal(parts.perceived_robot, self.seen, self.live.W)
+            operations.append(Operation("geometry", perceived, refuse))
+        return operations
 
     def completing(self, distributing: Sequence[Operation], events: Sequence[ScenarioEvent]) -> list[Operation]:
         """Return the operations that distribute, and then write the values that only plant and true robot provide.
@@ -103,7 +125,7 @@ class Sample:
         operations = [*distributing, *(each for part in self._parts.more for each in part.distributed())]
         if not self._parts.ideal_cables:
             operations += self._readings[0]
-        if self._parts.nominal is not None:
+        if self._parts.perceived_differs:
             operations += self._exerting()
         if self._parts.limits == "stop":
             operations += self._within(events)
@@ -132,6 +154,10 @@ class Sample:
         reading = [Operation("backend", do) for do in (command, *tensions)]
         reading.append(Operation("backend", bind("not_finite", values=tension), self._refuse_tension))
         return reading, [Operation("backend", do) for do in works]
+
+    def _refuse_seen(self, _: int) -> None:
+        names = ", ".join(repr(part.name) for part in self._parts.more if part.writes)
+        raise Diverged(f"the state that the controller sees is not finite; written by {names}")
 
     def _refuse_tension(self, _: int) -> None:
         values = ", ".join(f"{value:.4g}" for value in self.view("cable_tension"))
