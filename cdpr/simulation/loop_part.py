@@ -9,6 +9,7 @@ from typing import Any
 from cdpr.base.columns import Column
 from cdpr.model import Robot
 from cdpr.model.robot import Array
+from cdpr.native.random_numbers import Stream
 from cdpr.plugins import Backend
 from cdpr.plugins.snapshots import SnapshotOfArrays
 from cdpr.tension.operations import Operation
@@ -49,8 +50,9 @@ class LoopPart(SnapshotOfArrays):
     Attributes:
         name: name of the part in messages, in `run.json` and of its operations.
         columns: columns that it adds to a row.
-        arrays: its memory, live.
+        arrays: its memory, live; with the `state` of each of its streams.
         writes: "seen" or "seen_cables" or both, if operations of `observed` write these arrays of `Surroundings`.
+        streams: its random streams, which restart at a reset. Their names must be unique in the loop.
 
     Example:
         >>> import numpy as np
@@ -74,6 +76,7 @@ class LoopPart(SnapshotOfArrays):
     columns: tuple[Column, ...] = ()
     arrays: tuple[Array, ...] = ()
     writes: frozenset[str] = frozenset()
+    streams: tuple[Stream, ...] = ()
 
     def connect(self, surroundings: Surroundings) -> None:
         """Receive the live arrays of the loop, before `arrays` and the operations are read."""
@@ -91,9 +94,11 @@ class LoopPart(SnapshotOfArrays):
         return ()
 
     def reset(self) -> None:
-        """Return to the state before the first sample; by default all arrays become 0."""
+        """Return to the state before the first sample; by default all arrays become 0, and the streams restart."""
         for array in self.arrays:
             array[...] = 0
+        for stream in self.streams:
+            stream.restart()
 
     def describe(self) -> dict[str, Any]:
         """Return metadata for `run.json`; {} for none."""

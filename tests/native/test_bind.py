@@ -17,6 +17,7 @@ from cdpr.native import bind as module
 from cdpr.native import library
 from cdpr.native.bind import bind
 from cdpr.native.operations import VARIABLE, Operation, operations, targets
+from cdpr.native.random_numbers import Stream, normal_numbers
 
 pytestmark = pytest.mark.core
 
@@ -277,9 +278,10 @@ def test_an_instruction_set_that_this_processor_lacks_is_an_error(monkeypatch, w
 
 def test_the_example_and_the_message_of_the_page_are_as_there():
     page = (ROOT / "docs" / "kernels.md").read_text()
-    (code,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    code, random = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
     names = {}
-    exec(code, names)
+    exec(code + random, names)
+    np.testing.assert_array_equal(names["noise"], normal_numbers(Stream(0, "encoder").state, 3))
     assert names["status"] == 0
     np.testing.assert_array_equal(names["product"], np.cross(np.eye(3), np.ones((3, 3))))
     with pytest.raises(ValueError, match="expected shape") as raised:

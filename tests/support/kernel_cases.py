@@ -89,7 +89,7 @@ def meaningful(answers):
 
 
 def _run_on(target, name, inputs, outputs, values, before, lanes):
-    count = len(next(iter(inputs.values())))
+    count = len(next(iter((inputs or before).values())))
     given = {key: np.empty(value.shape[1:]) for key, value in inputs.items()}
     kinds = {key: value.dtype for key, value in before.items()}
     written = {key: np.empty((*shape, *lanes), kinds.get(key, float)) for key, shape in outputs.items()}
