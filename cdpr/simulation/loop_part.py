@@ -48,7 +48,7 @@ class LoopPart(SnapshotOfArrays):
 
     Attributes:
         name: name of the part in messages, in `run.json` and of its operations.
-        columns: columns that it adds to a row.
+        columns: columns that it adds to a row: those of a group in `cdpr.base.columns.GROUPS`, for the documentation.
         arrays: its memory, live.
         writes: "seen" or "seen_cables" or both, if operations of `observed` write these arrays of `Surroundings`.
 
