@@ -6,20 +6,20 @@ from pathlib import Path
 
 from marked import rewritten, table
 
-from cdpr.base.columns import FIRST, LATER, LOADED, NOMINAL_COLUMNS, WINCHED, Column
+from cdpr.base.columns import Column, known_columns
 
 PAGE = Path(__file__).parent / "columns.md"
 
 
 def columns_table() -> str:
     """Every column, as the one table of columns has it."""
-    titles = ("column", "shape", "unit", "frame", "topic and field", "description")
-    return table(titles, map(_cells, (*FIRST, *WINCHED, *NOMINAL_COLUMNS, *LOADED, *LATER)))
+    titles = ("column", "shape", "unit", "frame", "topic and field", "recorded if", "description")
+    return table(titles, (_cells(column, condition) for column, condition in known_columns().values()))
 
 
-def _cells(column: Column) -> tuple[str, ...]:
+def _cells(column: Column, condition: str) -> tuple[str, ...]:
     places = "; ".join(f"`{topic}` {field}" for topic, field in column.topics)
-    return f"`{column.name}`", column.shape, column.unit, column.frame, places, column.text
+    return f"`{column.name}`", column.shape, column.unit, column.frame, places, condition, column.text
 
 
 def updated(text: str) -> str:

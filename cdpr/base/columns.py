@@ -8,7 +8,7 @@ that readers use the table of the log, not their own.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -174,11 +174,11 @@ FIRST: tuple[Column, ...] = (
     Column("cable_work", 1, "J", "Work of the cables on the platform since the first sample", places=_ENERGY),
     Column("external_work", 1, "J", "Work of the external wrench since the first sample", places=_ENERGY),
 )
-# Additional columns for cables that are not ideal, whose tension differs from the command.
+# Cables that are not ideal, whose tension differs from the command.
 WINCHED: tuple[Column, ...] = (
     Column("cable_tension", CABLES, "N", "Tension in each cable at the sample", places=(_STATES + "/effort",)),
 )
-# Additional columns with a nominal model of controller and solver; W, residual and margin then refer to that model.
+# Controller and solver perceive another robot or state than the true one; W, residual and margin refer to that one.
 NOMINAL_COLUMNS: tuple[Column, ...] = (
     Column(
         "true_wrench",
@@ -194,7 +194,7 @@ NOMINAL_COLUMNS: tuple[Column, ...] = (
         "Margin of each command within the true limits, negative beyond, NaN for broken or jammed cables",
     ),
 )
-# Additional column with events that change the mass of the platform.
+# Events that change the mass of the platform.
 LOADED: tuple[Column, ...] = (
     Column(
         "load_energy",
@@ -210,11 +210,46 @@ NEED_NOT_BE_FINITE = frozenset({"margin", "true_margin"})
 LATER: tuple[Column, ...] = ()
 
 
+@dataclass(frozen=True)
+class ColumnGroup:
+    """Additional columns that runs have under one condition.
+
+    Attributes:
+        columns: columns of the group.
+        condition: the condition, after "recorded only if"; "" for every run.
+    """
+
+    columns: tuple[Column, ...]
+    condition: str
+
+    def within(self, columns: Iterable[Column]) -> bool:
+        """Return True if these columns contain the group; names decide, as texts differ between versions."""
+        return {column.name for column in self.columns} <= {column.name for column in columns}
+
+
+# Groups of columns after `FIRST`. `cdpr.simulation.columns.CONDITIONS` decides them for a scenario; those of a part of
+# the loop are in each run with that part.
+GROUPS: dict[str, ColumnGroup] = {
+    "winched": ColumnGroup(WINCHED, "cables are not ideal"),
+    "later": ColumnGroup(LATER, ""),
+    "perceived": ColumnGroup(NOMINAL_COLUMNS, "the scenario contains `believed`"),
+    "loaded": ColumnGroup(LOADED, "the scenario contains an event that changes the mass"),
+}
+
+
+def known_columns() -> dict[str, tuple[Column, str]]:
+    """Return all columns of this version by name, each with its condition; "" for columns of every run."""
+    known = {column.name: (column, "") for column in FIRST}
+    for group in GROUPS.values():
+        known |= {column.name: (column, group.condition) for column in group.columns}
+    return known
+
+
 def check_declared(columns: object) -> None:
     """Raise TypeError or ValueError if a plugin may not declare these columns."""
     if not isinstance(columns, tuple) or not all(isinstance(column, Column) for column in columns):
         raise TypeError(f"columns must be a tuple of cdpr.plugins.Column, got {columns!r}")
-    ours = {column.name for column in (*FIRST, *WINCHED, *NOMINAL_COLUMNS, *LOADED, *LATER)}.union(_TAKEN)
+    ours = {*known_columns(), *_TAKEN}
     for i, column in enumerate(columns):
         if column.places or column.owner:
             raise ValueError(f"column '{column.name}': a plugin cannot set its topic or owner")

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cdpr.base.columns import LOADED, Column
+from cdpr.base.columns import Column
 from cdpr.base.problems import printable
-from cdpr.log.layout import Layout
-from cdpr.model.robot import COMMANDED, ideal
+from cdpr.log.layout import Layout, implied_columns
+from cdpr.model.robot import COMMANDED
 
 if TYPE_CHECKING:
     from cdpr.log.limit_violations import LimitChanges
@@ -47,7 +47,7 @@ class Header:
     bounds: Bounds = ()  # limits of lengths and winding speeds, if any
     broken: tuple[tuple[int, float], ...] = ()  # index and time (s) of cables that break
     exits: tuple[dict[str, Any] | None, ...] = ()  # exits of cables, if not all leave the frame at their anchors
-    columns: tuple[Column, ...] = ()  # additional columns of the rows after `cdpr.base.columns.FIRST`
+    columns: tuple[Column, ...] = ()  # additional columns of the rows, without those that `cable_model` implies
     frame: tuple[tuple[float, ...], ...] = ()  # (k, 6), edges of the robot's frame: two ends each, m, world
     colours: dict[str, str] = field(default_factory=dict)  # "#rrggbb" of "platform" and "frame", if given
     path: tuple[tuple[float, ...], ...] = ()  # (k, 3), m, points of the planned path
@@ -67,17 +67,17 @@ class Header:
     @cached_property
     def layout(self) -> Layout:
         """Columns of the rows."""
-        return Layout(len(self.cables), self.ideal_cables, self.columns)
+        return Layout(len(self.cables), implied_columns(self.cable_model) + self.columns)
 
     @property
     def ideal_cables(self) -> bool:
         """True if the tensions of all cables equal their commands."""
-        return ideal(self.cable_model)
+        return self.layout.ideal
 
     @property
     def loaded(self) -> bool:
         """True if events may change the mass of the platform."""
-        return any(column in self.columns for column in LOADED)
+        return self.layout.has("loaded")
 
     @property
     def true_tension(self) -> str:

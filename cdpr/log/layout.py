@@ -6,23 +6,35 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol
 
-from cdpr.base.columns import FIRST, WINCHED, Column
-from cdpr.model.robot import Array
+from cdpr.base.columns import FIRST, GROUPS, Column
+from cdpr.model.robot import Array, ideal
+
+
+def implied_columns(cable_model: str) -> tuple[Column, ...]:
+    """Return the columns of a cable model that the header of a log does not list."""
+    return () if ideal(cable_model) else GROUPS["winched"].columns
 
 
 @dataclass(frozen=True)
 class Layout:
-    """Columns of a row for a robot with m cables, ideal or not, and additional columns after `FIRST`."""
+    """Columns of a row for a robot with m cables: `FIRST`, then additional columns."""
 
     m: int
-    ideal: bool = True
     more: tuple[Column, ...] = ()
 
     @cached_property
     def fields(self) -> dict[str, Column]:
         """Fields of a row, in order, by name."""
-        fields = FIRST if self.ideal else FIRST + WINCHED
-        return {column.name: column for column in fields + self.more}
+        return {column.name: column for column in FIRST + self.more}
+
+    def has(self, group: str) -> bool:
+        """Return True if the row has the columns of a group of `cdpr.base.columns.GROUPS`."""
+        return GROUPS[group].within(self.more)
+
+    @property
+    def ideal(self) -> bool:
+        """True if the tensions of all cables equal their commands, and have no column."""
+        return not self.has("winched")
 
     @cached_property
     def columns(self) -> dict[str, slice]:
@@ -46,8 +58,9 @@ class Layout:
 
     @property
     def added(self) -> slice:
-        """Columns of `more`, which are the last ones."""
-        return slice(self.width - sum(column.width or self.m for column in self.more), self.width)
+        """Columns of `more`, which are the last ones, without the tensions of the cables, which come first."""
+        last = GROUPS["winched"].columns[-1] if self.has("winched") else FIRST[-1]
+        return slice(self.columns[last.name].stop, self.width)
 
 
 class Rows(Protocol):

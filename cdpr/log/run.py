@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Self, overload
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.base.columns import FIRST, LOADED, NOMINAL_COLUMNS
+from cdpr.base.columns import known_columns
 from cdpr.base.errors import CdprError
 from cdpr.base.lazy import late
 from cdpr.base.problems import printable
@@ -33,22 +33,22 @@ FORESEEN = ("finished", "infeasible", "unanswered", "beyond_limits", "touched")
 CLEARANCE = ("clearance_min_m", "clearance_min_at_s", "clearance_min_by")
 
 
-_OWN = {column.name: column for column in (*FIRST, *NOMINAL_COLUMNS, *LOADED)}
-_LOADED = {column.name for column in LOADED}
+_KNOWN = known_columns()
 
 
 class Quantity(property):
     """Documented column of a run; AttributeError if the run lacks it, such as those of a nominal model."""
 
     def __init__(self, name: str) -> None:
+        column, condition = _KNOWN[name]
+
         def read(run: Run) -> Array:
             if name not in run.header.layout.fields:
-                needed = "an event that changes the mass" if name in _LOADED else "`believed`"
-                raise AttributeError(f"{name}: recorded only if the scenario contains {needed}")
+                raise AttributeError(f"{name}: recorded only if {condition}")
             return run[name]
 
         super().__init__(read)
-        self.__doc__ = _OWN[name].sentence
+        self.__doc__ = column.sentence
 
     if TYPE_CHECKING:
 

@@ -117,7 +117,6 @@ def build(scenario: Scenario) -> Parts:
             events=scenario.events,
             obstacles=scenario.obstacles,
             live=frozenset(role for role, entry in chosen.items() if entry.info.properties.get("live", False)),
-            ideal_cables=scenario.ideal_cables,
             columns=parts.columns,
             more=loop_parts(scenario),
             settings=Settings(scenario.options(), {"controller": controller, "solver": solver}),

@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 
-from cdpr.base.columns import FIRST, LATER, LOADED, NOMINAL_COLUMNS, WINCHED, Column, clash
+from cdpr.base.columns import FIRST, GROUPS, Column, clash
 from cdpr.base.errors import PluginError
-from cdpr.log.layout import Layout
+from cdpr.log.layout import Layout, implied_columns
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.registry import Registered, Role
 from cdpr.scenario import Scenario
 from cdpr.scenario.events import mass_changes
-from cdpr.simulation.loop_part import perceived_differs
+from cdpr.simulation.loop_part import LoopPart, perceived_differs
 from cdpr.simulation.loop_parts import loop_parts
+
+# Conditions of the groups of `cdpr.base.columns.GROUPS`, for a scenario and the parts of its loop.
+CONDITIONS: dict[str, Callable[[Scenario, Sequence[LoopPart]], bool]] = {
+    "winched": lambda scenario, parts: not scenario.ideal_cables,
+    "later": lambda scenario, parts: True,
+    "perceived": lambda scenario, parts: perceived_differs(scenario.nominal, parts),
+    "loaded": lambda scenario, parts: bool(mass_changes(scenario.events)),
+}
 
 
 def chosen_plugins(scenario: Scenario) -> dict[Role, Registered]:
@@ -41,13 +49,13 @@ def columns_of(scenario: Scenario) -> tuple[Column, ...]:
     """
     chosen = chosen_plugins(scenario)
     declared = [replace(column, owner=role) for role, entry in chosen.items() for column in entry.info.columns]
-    first = FIRST if scenario.ideal_cables else FIRST + WINCHED
     parts = loop_parts(scenario)
-    nominal = NOMINAL_COLUMNS if perceived_differs(scenario.nominal, parts) else ()
-    loaded = LOADED if mass_changes(scenario.events) else ()
+    grouped = [
+        column for name, group in GROUPS.items() if CONDITIONS[name](scenario, parts) for column in group.columns
+    ]
     of_parts = [column for part in parts for column in part.columns]
-    more = (*LATER, *nominal, *loaded, *of_parts, *declared)
-    found = clash((*first, *more), tuple(cable.name for cable in scenario.robot.cables))
+    more = (*grouped, *of_parts, *declared)
+    found = clash((*FIRST, *more), tuple(cable.name for cable in scenario.robot.cables))
     if found is not None:
         titles: dict[str, str] = {
             "": "every run",
@@ -59,6 +67,16 @@ def columns_of(scenario: Scenario) -> tuple[Column, ...]:
             f"be '{word}' in a table: choose another plugin for one of the two, or rename its column"
         )
     return more
+
+
+def listed(scenario: Scenario) -> tuple[Column, ...]:
+    """Return the columns that the header of a log lists; other cable models than the ideal one imply those of cables.
+
+    Raises:
+        PluginError: as `columns_of`.
+    """
+    implied = implied_columns(scenario.cable_model)
+    return tuple(column for column in columns_of(scenario) if column not in implied)
 
 
 def hand_out(layout: Layout, row: Array, plugins: Mapping[str, Backend | Controller | TensionSolver]) -> None:

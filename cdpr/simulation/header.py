@@ -20,7 +20,7 @@ from cdpr.scenario import Scenario
 from cdpr.scenario.events import broken
 from cdpr.scenario.events.limit_changes import limit_changes
 from cdpr.scene.path import thinned
-from cdpr.simulation.columns import columns_of
+from cdpr.simulation.columns import listed
 from cdpr.trajectory import Trajectory
 
 # Libraries used by the arithmetic of every run.
@@ -66,7 +66,7 @@ def make_header(scenario: Scenario) -> Header:
         broken=broken(scenario.events, [cable.name for cable in robot.cables], simulation.control_step),
         limit_changes=limit_changes(scenario.events, robot, simulation.control_step),
         exits=exits_of(robot),
-        columns=columns_of(scenario),
+        columns=listed(scenario),
         frame=tuple(tuple(row) for row in robot.frame.edges.tolist()) if robot.frame else (),
         colours=robot.colours,
         path=desired_path(scenario),

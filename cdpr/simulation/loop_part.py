@@ -49,7 +49,7 @@ class LoopPart(SnapshotOfArrays):
 
     Attributes:
         name: name of the part in messages, in `run.json` and of its operations.
-        columns: columns that it adds to a row.
+        columns: columns that it adds to a row: those of a group in `cdpr.base.columns.GROUPS`, for the documentation.
         arrays: its memory, live; with the `state` of each of its streams.
         writes: "seen" or "seen_cables" or both, if operations of `observed` write these arrays of `Surroundings`.
         streams: its random streams, which restart at a reset. Their names must be unique in the loop.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from cdpr.base.columns import LATER, Column
+from cdpr.base.columns import GROUPS, LATER, Column
 from cdpr.model import Robot
 from cdpr.model.shapes import Obstacle
 from cdpr.plugins import Backend, Controller, TensionSolver
@@ -36,13 +36,17 @@ class Parts:
     output: Output = "wrench"  # output of the controller
     events: tuple[ScenarioEvent, ...] = ()  # events of the run
     limits: Literal["warn", "stop"] = "warn"  # reaction to a cable that exceeds its length or speed_max
-    ideal_cables: bool = True  # otherwise tensions and work of the cables are read from the backend
     columns: tuple[Column, ...] = LATER  # additional columns of a row, after `cdpr.base.columns.FIRST`
     settings: Settings | None = None  # options that may change
     obstacles: tuple[Obstacle, ...] = ()  # obstacles of the cables other than each other and their platform
     live: frozenset[Role] = frozenset()  # parts without a warm-up: a reset would not undo its effects
     nominal: Robot | None = None  # nominal robot of controller and solver, if it differs from the robot
     more: tuple[LoopPart, ...] = ()  # further parts, of `cdpr.simulation.loop_parts`
+
+    @property
+    def ideal_cables(self) -> bool:
+        """True if tensions equal commands; otherwise tensions and work of the cables are read from the backend."""
+        return not GROUPS["winched"].within(self.columns)
 
     @property
     def perceived_robot(self) -> Robot:

@@ -48,7 +48,7 @@ class Sample:
     def __init__(self, parts: Parts) -> None:
         self._parts = parts
         robot = parts.robot
-        self.layout = layout = Layout(robot.m, parts.ideal_cables, parts.columns)
+        self.layout = layout = Layout(robot.m, parts.columns)
         self.row = np.zeros(layout.width)
         hand_out(layout, self.row, {"backend": parts.backend, "controller": parts.controller, "solver": parts.solver})
         view = self.view

@@ -15,7 +15,7 @@ from conftest import ROOT
 from log_cases import make_header, make_rows, same_bits, write_log
 
 import cdpr
-from cdpr.base.columns import CABLES, FIRST, LATER, NOMINAL_COLUMNS, TOPICS, WINCHED, Column
+from cdpr.base.columns import CABLES, FIRST, GROUPS, TOPICS, WINCHED, Column, known_columns
 from cdpr.base.errors import LogError, PluginError
 from cdpr.base.lazy import LATE, late
 from cdpr.log.export import column_names, export
@@ -24,7 +24,7 @@ from cdpr.log.ros2 import encode
 from cdpr.log.run import Run
 from cdpr.log.topics import run_topics
 from cdpr.plugins import Backend, Controller, PluginInfo, TensionSolver
-from cdpr.simulation.columns import columns_of
+from cdpr.simulation.columns import CONDITIONS, columns_of
 from cdpr.tension import Status
 from cdpr.testing import check_controller
 from cdpr.ui.cli import cli
@@ -99,8 +99,38 @@ def test_every_column_is_an_attribute_of_a_run_with_the_words_of_the_table():
         assert same_bits(value, run[column.name])
         assert value.shape == ((4,) if column.width == 1 else (4, column.width or 3))
     assert {column.name for column in WINCHED} == {"cable_tension"}
-    for column in (*WINCHED, *NOMINAL_COLUMNS, *LATER):
+    for column, condition in known_columns().values():
+        if column in FIRST:
+            continue
         assert isinstance(getattr(Run, column.name), property)
+        if column not in WINCHED:
+            with pytest.raises(AttributeError, match=f"{column.name}: recorded only if {condition}"):
+                getattr(run, column.name)
+
+
+def test_every_group_has_its_condition_and_its_rows_in_the_documentation():
+    assert set(CONDITIONS) == set(GROUPS)  # of groups that are columns of no part of the loop
+    rows = [line for line in (ROOT / "docs" / "columns.md").read_text().splitlines() if line.startswith("| `")]
+    for group in GROUPS.values():
+        for column in group.columns:
+            (row,) = (row for row in rows if row.startswith(f"| `{column.name}` "))
+            assert f"| {group.condition} |" in row
+    assert len(rows) == len(FIRST) + sum(len(group.columns) for group in GROUPS.values())
+
+
+def test_a_header_may_list_tensions_that_its_cable_model_does_not_imply(tmp_path):
+    """Rows, topics and reading of commands follow from the columns, not from the cable model."""
+    listed, implied = make_header(3, columns=WINCHED), make_header(3, cable_model="elastic")
+    assert (listed.ideal_cables, implied.ideal_cables, make_header(3).ideal_cables) == (False, False, True)
+    assert listed.layout == implied.layout
+    assert Header.from_dict(json.loads(json.dumps(listed.to_dict()))) == listed
+    assert implied.to_dict().get("columns", ()) == ()
+    assert [topic.name for topic in run_topics(listed).topics] == [topic.name for topic in run_topics(implied).topics]
+    rows = make_rows(listed, 20)
+    run = cdpr.load_run(write_log(tmp_path / "log.mcap", listed, rows))
+    assert same_bits(np.asarray(run.rows), rows)
+    assert same_bits(run.cable_tension, rows[:, listed.layout.columns["cable_tension"]])
+    assert (listed.true_tension, make_header(3).true_tension) == ("cable_tension", "tension")
 
 
 @pytest.mark.parametrize("model", ["ideal", "elastic"])

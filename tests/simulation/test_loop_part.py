@@ -7,7 +7,7 @@ import pytest
 from conftest import ROOT
 
 import cdpr
-from cdpr.base.columns import Column
+from cdpr.base.columns import Column, known_columns
 from cdpr.simulation import loop_parts
 from cdpr.simulation.loop_part import LoopPart
 from cdpr.tension.operations import Operation
@@ -85,3 +85,13 @@ def test_a_rollout_has_the_bits_of_single_runs(toy):
     for i, run in enumerate(runs):
         assert np.array_equal(batch["toy"][i], run["toy"])
         assert np.array_equal(batch["position"][i], run.position)
+
+
+def undocumented(kinds):
+    """Return the columns of these parts that are in no group of the table of columns."""
+    return [column.name for kind in kinds for column in kind.columns if column.name not in known_columns()]
+
+
+def test_columns_of_parts_are_in_the_table(toy):
+    assert undocumented([Toy]) == ["toy"]
+    assert undocumented(each for each in LoopPart.__subclasses__() if each.__module__.startswith("cdpr")) == []

@@ -182,7 +182,7 @@ def test_ideal_cables_are_judged_by_their_commands(scenario):
 def test_a_row_is_judged_alike_in_the_loop_and_afterwards():
     """`leaving` checks one live sample in the compiled loop, `add` at all afterwards."""
     rng = np.random.default_rng(4)
-    layout, limits = Layout(3, False, WINCHED), np.array([[5.0, 5.0, 0.0], [90.0, 90.0, 90.0]])
+    layout, limits = Layout(3, WINCHED), np.array([[5.0, 5.0, 0.0], [90.0, 90.0, 90.0]])
     changes = [(0.2, (10.0, None, 1.0), (80.0, 100.0, 90.0)), (0.3, (5.0, 5.0, 5.0), (70.0, 70.0, 70.0))]
     row = np.zeros(layout.width)
     reach = beyond(layout, (), limits, [(1, 0.25)], changes)

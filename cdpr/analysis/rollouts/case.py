@@ -37,13 +37,13 @@ BLOCK = 1024  # samples that are processed together: few turns to Python, and th
 
 def layout_of(scenario: Scenario) -> Layout:
     """Return the columns of a row of a run of this scenario."""
-    return Layout(scenario.robot.m, scenario.ideal_cables, columns_of(scenario))
+    return Layout(scenario.robot.m, columns_of(scenario))
 
 
 def _samples(scenario: Scenario) -> tuple[object, ...]:
     """Return what the number of samples and their columns depend on."""
     simulation, m = scenario.simulation, scenario.robot.m
-    return simulation.steps, simulation.control_step, m, scenario.ideal_cables, columns_of(scenario)
+    return simulation.steps, simulation.control_step, m, columns_of(scenario)
 
 
 @dataclass(frozen=True)
