@@ -24,7 +24,7 @@ template <class T> CDPR_INLINE T modulo(T x, double m) {
     return select(rest < T(0.0), rest + T(m), rest);
 }
 
-// Whether three numbers are whole, from 0 to m - 1, and not all 0.
+// Return whether three numbers are whole, from 0 to m - 1, and not all 0.
 template <class T> CDPR_INLINE Truth<T> valid_component(const T* s, double m) {
     Truth<T> valid = s[0] + s[1] + s[2] > T(0.0);
     for (int i = 0; i < 3; i++) valid = valid & (s[i] >= T(0.0)) & (s[i] < T(m)) & (rounded(s[i]) == s[i]);
