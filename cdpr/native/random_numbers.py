@@ -19,6 +19,7 @@ from cdpr.native.bind import bind
 
 Array = NDArray[np.float64]
 
+MAX_COUNT = 100_000_000  # in one call: 0.8 GB
 MODULI = np.array([4294967087] * 3 + [4294944443] * 3, dtype=np.uint64)  # as in random_numbers.hpp
 
 
@@ -82,9 +83,7 @@ def uniform_numbers(state: Array, count: SupportsIndex) -> Array:
         (count,).
 
     Raises:
-        CdprError: if the state is invalid, or the count negative.
-        TypeError: if the state is no float64 array.
-        ValueError: if its shape is not (6,).
+        CdprError: if the state is no float64 array (6,) of a stream, or the count negative or above 1e8.
 
     Example:
         >>> import numpy as np
@@ -105,9 +104,7 @@ def normal_numbers(state: Array, count: SupportsIndex) -> Array:
         (count,), mean 0, standard deviation 1, at most 6.3 in size.
 
     Raises:
-        CdprError: if the state is invalid, or the count negative.
-        TypeError: if the state is no float64 array.
-        ValueError: if its shape is not (6,).
+        CdprError: if the state is no float64 array (6,) of a stream, or the count negative or above 1e8.
 
     Example:
         >>> import numpy as np
@@ -119,10 +116,16 @@ def normal_numbers(state: Array, count: SupportsIndex) -> Array:
 
 def _draw(name: str, state: Array, count: SupportsIndex) -> Array:
     n = index(count)
-    if n < 0:
-        raise CdprError(f"count: expected a whole number of at least 0, got {n}")
+    if not 0 <= n <= MAX_COUNT:
+        raise CdprError(f"count: expected a whole number from 0 to {MAX_COUNT}, got {n}: draw more in several calls")
     numbers = np.empty(n)
-    if bind(name, state=state, numbers=numbers)():
+    if np.ma.isMaskedArray(state):
+        raise CdprError("state: expected that of a `Stream`, got a masked array")
+    try:
+        draw = bind(name, state=state, numbers=numbers)
+    except (TypeError, ValueError) as error:
+        raise CdprError(f"state: expected that of a `Stream`: {error}") from None
+    if draw():
         limits = f"{MODULI[0]} and {MODULI[3]}"
         raise CdprError(f"state: expected whole numbers from 0 to below {limits}, not all 0, got {state.tolist()}")
     return numbers

@@ -10,8 +10,6 @@ from cdpr.log.run import Run
 from cdpr.log.run_folder import RunFolder
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.scenario.loader import AnyScenario
-from cdpr.simulation.driver import Driver
-from cdpr.simulation.simulation import Simulation
 from cdpr.simulation.start import attempt
 
 
@@ -61,6 +59,9 @@ def simulate(
     """
     chosen: dict[str, Any] = {"backend": backend, "solver": solver, "controller": controller, "overrides": overrides}
     if real_time:
+        from cdpr.simulation.driver import Driver
+        from cdpr.simulation.simulation import Simulation
+
         return Driver(Simulation(scenario, **chosen, out=out)).run(progress)
     runner = attempt(scenario, **chosen, out=out)
     error: BaseException | None = None

@@ -38,6 +38,7 @@ def put(driver, desired):
         first += size
 
 
+@pytest.mark.slow  # a controller with several loads is a library of its own
 @FMI
 def test_with_its_controller_it_equals_the_loop(fmi, tmp_path):
     """Also after each restore of a snapshot, before and after a change, to the bit."""

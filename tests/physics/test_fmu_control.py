@@ -137,6 +137,7 @@ def test_policies_act_as_in_cdpr(name, policy, tmp_path):
     assert (run["status"] != 0).any()
 
 
+@pytest.mark.slow
 def test_the_host_may_step_as_it_likes(tmp_path):
     """It decides once in each control step: many short steps, or one long, are the same as long as desires are."""
     path = write(closed(scenario("slower")), 3, tmp_path)

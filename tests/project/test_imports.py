@@ -47,6 +47,7 @@ def test_circles_are_found_wherever_they_hide(tmp_path):
     assert ["round.back", "round.typed", "round.back"] in circles(graph(files, types=True))
 
 
+@pytest.mark.slow
 def test_names_are_compared_in_one_place(files):
     assert [name for name, file in files.items() if any("difflib" in home for home, _, _ in imports(file))] == [
         "cdpr.base.nearest"
