@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import queue
 import threading
 from contextlib import closing, contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -60,8 +59,7 @@ def test_a_page_of_somebody_else_does_not_steer():
             page.goto(f"{place}?url={quote(url, safe='')}")
             page.wait_for_function("() => document.title !== 'waits'")
             assert page.title() == "refused", url
-            with pytest.raises(queue.Empty):
-                link.requests.get(0.2)
+            assert link.requests.get(0.2) is None
         page.goto(f"{place}?url={quote(link.url, safe='')}")  # as Foxglove in a browser, to which the user gave it
         page.wait_for_function("() => document.title === 'steered'")
         assert link.requests.get(5.0).values == {"speed": 5}
