@@ -62,4 +62,4 @@ def test_a_page_of_somebody_else_does_not_steer():
             assert link.requests.get(0.2) is None
         page.goto(f"{place}?url={quote(link.url, safe='')}")  # as Foxglove in a browser, to which the user gave it
         page.wait_for_function("() => document.title === 'steered'")
-        assert link.requests.get(5.0).values == {"speed": 5}
+        assert link.requests.get(5.0).values == {"value": 5}
