@@ -117,7 +117,7 @@ def test_listening_address(host, local, named):
     said = []
     with closing(foxglove.Foxglove(host=host, port=0, say=said.append)) as link:
         assert link.url.startswith(f"ws://{named}:{link.port}/?token=")
-        with joined(link.url.replace(named, local)):
+        with joined(link.url.replace(named, local, 1)):
             pass
         with closing(socket.create_connection((local.strip("[]"), link.port), TEXT_TIMEOUT)) as raw:
             raw.sendall(b"GET /?token=x HTTP/1.1\r\nHost: rebound.example\r\n\r\n")
