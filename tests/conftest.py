@@ -23,7 +23,7 @@ from cdpr.plugins.registry import registry
 pytest_plugins = ["browser_pages", "window_page"]
 
 # The same examples each time, and more of them in CI; no deadline, for a busy machine takes long.
-EXAMPLES = int(os.environ.get("CDPR_EXAMPLES", "25"))
+EXAMPLES = int(os.environ.get("CDPR_EXAMPLES", "15"))
 settings.register_profile("cdpr", deadline=None, derandomize=True, max_examples=EXAMPLES)
 settings.load_profile("cdpr")
 
@@ -153,7 +153,7 @@ def traps_plugin(monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
 @pytest.fixture(scope="module", autouse=True)
 def _older_objects_are_no_garbage() -> None:
     """As `pytest_collection_finish`, of what earlier files left: a search then visits only a file's own objects."""
-    gc.collect()
+    gc.collect(1)
     gc.freeze()
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cache
 from typing import Any, get_args
 
 from pydantic.fields import FieldInfo
@@ -79,7 +80,7 @@ def in_use(scenario: Content) -> Iterator[tuple[Path, Needs, Any]]:
 def _walk(section: Section, path: Path) -> Iterator[tuple[Path, Needs, Any]]:
     for name, info in type(section).model_fields.items():
         value = getattr(section, name)
-        if value is None or value == _default(info, section):
+        if value is None or value == _default(section, name):
             continue
         here = (*path, info.alias or name)
         declared = declared_needs(type(section), name)
@@ -165,10 +166,19 @@ def _sections_in(annotation: Any) -> Iterator[type[Section]]:
             yield from _sections_in(each)
 
 
-def _default(info: FieldInfo, section: Section) -> Any:
+def _default(section: Section, name: str) -> Any:
+    """Return the default of a field of a section; `UNCONCERNED`, which differs from every value, if it has none."""
+    info = type(section).model_fields[name]
     if info.is_required():
-        return UNCONCERNED  # differs from every value
-    return info.get_default(call_default_factory=True, validated_data=dict(section))
+        return UNCONCERNED
+    if info.default_factory is not None and info.default_factory_takes_validated_data:
+        return info.get_default(call_default_factory=True, validated_data=dict(section))
+    return _constant_default(type(section), name)
+
+
+@cache
+def _constant_default(model: type[Section], name: str) -> Any:
+    return model.model_fields[name].get_default(call_default_factory=True)
 
 
 def _is_list(value: Any) -> bool:

@@ -16,6 +16,7 @@ MARGIN = 1e-3  # relative to the tension range; distance to the limits after pro
 STARTS = 8  # initial guesses: equal tensions between the limits
 PROJECTIONS = 100  # per initial guess, alternately onto the limits and onto the tensions that balance the weight
 STEPS, LOOK = 2000, 20  # largest number of iterations, and iterations between convergence checks
+SEPARATED = 5  # projections between searches for a separating plane
 NEAR = 0.999  # proved fraction of the residual at which the search ends
 ROUND_OFF = 1e-9  # relative to the weight
 
@@ -48,22 +49,15 @@ def regular(W: Array) -> bool:
 
 def holds(robot: Robot, position: Array, attitude: Array, gravity: Array) -> bool:
     """Return True if tensions within the limits that balance the weight were found, by alternating projections."""
-    W, wanted = wrench_matrix(robot, position, attitude), weight(robot, attitude, gravity)
-    if not regular(W):
-        return False
-    inverse, low, high = np.linalg.pinv(W), robot.tension_min, robot.tension_max
-    for share in np.geomspace(1e-3, 0.9, STARTS):
-        tension = low + share * (high - low)
-        for _ in range(PROJECTIONS):
-            tension = tension + inverse @ (wanted - W @ tension)
-            if np.all(low <= tension) and np.all(tension <= high):
-                return True
-            tension = np.clip(tension, low + MARGIN * (high - low), high - MARGIN * (high - low))
-    return False
+    return bool(held(robot, position[None], attitude, gravity)[0])
 
 
 def held(robot: Robot, positions: Array, attitude: Array, gravity: Array) -> NDArray[np.bool_]:
-    """Return the result (K,) of `holds` at positions (K, 3), m, with one attitude, computed together."""
+    """Return the result (K,) of `holds` at positions (K, 3), m, with one attitude, computed together.
+
+    A position whose correction d of the tensions separates the limits from all tensions that balance the weight
+    (d.t of those is larger than that of any tensions within the limits) is left out of further projections.
+    """
     matrices = np.array([wrench_matrix(robot, position, attitude) for position in positions])
     wanted = weight(robot, attitude, gravity)[:, None]
     sizes = np.linalg.svd(matrices, compute_uv=False)
@@ -71,15 +65,24 @@ def held(robot: Robot, positions: Array, attitude: Array, gravity: Array) -> NDA
     low, high = robot.tension_min[:, None], robot.tension_max[:, None]
     edge = MARGIN * (high - low)
     found = np.zeros(len(positions), dtype=bool)
+    left = np.flatnonzero(sound)
+    inverses = np.linalg.pinv(matrices[left])
     for share in np.geomspace(1e-3, 0.9, STARTS):
-        left = np.flatnonzero(sound & ~found)
-        W = matrices[left]
-        inverse = np.linalg.pinv(W)
         tension = np.tile(low + share * (high - low), (len(left), 1, 1))
-        for _ in range(PROJECTIONS):
-            tension = tension + inverse @ (wanted - W @ tension)
-            found[left] |= ((low <= tension) & (tension <= high)).all(axis=(1, 2))
-            tension = np.clip(tension, low + edge, high - edge)
+        running = np.arange(len(left))  # indices into `left`
+        impossible = np.zeros(len(left), dtype=bool)
+        for k in range(1, PROJECTIONS + 1):
+            correction = inverses[running] @ (wanted - matrices[left[running]] @ tension)
+            tension = tension + correction
+            done = ((low <= tension) & (tension <= high)).all(axis=(1, 2))
+            found[left[running[done]]] = True
+            if k % SEPARATED == 0:
+                most = np.maximum(correction * low, correction * high)
+                proved = (correction * tension - most).sum(axis=(1, 2)) > ROUND_OFF * np.abs(most).sum(axis=(1, 2))
+                impossible[running[proved & ~done]] = True
+                done |= proved
+            running, tension = running[~done], np.clip(tension[~done], low + edge, high - edge)
+        left, inverses = left[going := ~found[left] & ~impossible], inverses[going]
     return found
 
 

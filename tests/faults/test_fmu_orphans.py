@@ -150,6 +150,7 @@ def test_stale_folders_are_removed_and_live_ones_are_kept(root):
     assert not any(root.iterdir())
 
 
+@pytest.mark.slow
 def test_the_next_export_removes_files_of_a_killed_one(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     compiler, started = tmp_path / "cxx", tmp_path / "started"

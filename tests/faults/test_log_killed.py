@@ -69,6 +69,7 @@ KILLS = int(os.environ.get("CDPR_KILLS", "2"))
 AT_FULL_SPEED = CHILD.replace("range(50, len(rows), 50)", "range(BLOCK, len(rows), BLOCK)").replace("40 *", "100 *")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(KILLS))
 def test_killed_at_any_moment_a_run_is_repaired_to_a_whole_log(tmp_path: Path, seed: int) -> None:
     """The writing thread is killed during a write; CDPR_KILLS sets the number of repetitions."""

@@ -123,6 +123,7 @@ def _add_many(start, first):
         trust.add(f"{first + i:064x}", f"{first + i}.fmu")
 
 
+@pytest.mark.slow
 def test_lists_written_at_once_lose_nothing(home, monkeypatch):
     monkeypatch.setattr(trust, "LOCK_SECONDS", 60.0)  # whatever else the machine does
     context = multiprocessing.get_context("fork")

@@ -106,6 +106,7 @@ def test_lines_end_as_on_any_system(tmp_path):
     assert refused(tmp_path, "F6000\rG1 X1\rG28\r")[0].startswith("a.ngc:3:1: ")
 
 
+@pytest.mark.slow
 def test_lines_without_end(tmp_path):
     """Ten megabytes are no more than a comment, or a fault in its line."""
     same(points(tmp_path, f"F6000 ;{'a' * 10**7}\nG1 X5 ({'a' * 10**7})"), [5, 100, 1200])

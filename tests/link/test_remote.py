@@ -225,6 +225,7 @@ def test_the_path_of_a_socket_is_one(path):
         check_peer(PeerOptions(address=f"unix:{path}"), None)
 
 
+@pytest.mark.slow
 def test_no_peer_at_the_address(tmp_path):
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))  # and does not listen

@@ -185,6 +185,7 @@ def test_one_that_complains_without_end_is_not_waited_for_without_end(tmp_path, 
     program.close(owed=False)
 
 
+@pytest.mark.slow
 def test_nothing_is_sent_behind_half_a_frame(tmp_path):
     """The last message would be read as the rest of a command."""
     with socket.socket(socket.AF_UNIX) as listening:

@@ -211,6 +211,7 @@ def test_idle_connections_do_not_block_others(monkeypatch):
         assert len(server._threads) < 30
 
 
+@pytest.mark.slow
 def test_a_request_takes_a_few_seconds_at_most(monkeypatch):
     monkeypatch.setattr(web_server, "OPENS", 0.3)
     with served() as server, socket.create_connection(("127.0.0.1", server.port), timeout=PATIENCE) as slow:
@@ -372,6 +373,7 @@ class Fragmented(web_socket.WebSocket):
         yield Frame(Opcode.CONT, b"b")
 
 
+@pytest.mark.slow
 def test_empty_fragments_fill_no_memory():
     with socket.socket() as unconnected:
         opened = Fragmented(unconnected, ServerProtocol(), b"")

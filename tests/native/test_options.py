@@ -84,6 +84,7 @@ def symbols(path):
     return subprocess.run([tool("nm"), path], check=True, capture_output=True, text=True).stdout
 
 
+@pytest.mark.slow
 def test_linking_with_fast_arithmetic_leaves_small_numbers_of_the_process_as_they_are(tmp_path):
     """gcc up to 12 adds crtfastmath.o, whose `set_fast_math` is run when the library is loaded."""
     (line,) = re.findall(r"^add_link_options\((-f.*)\)$", (ROOT / "CMakeLists.txt").read_text(), re.MULTILINE)

@@ -188,6 +188,7 @@ def test_nominal_mass_of_1_kg_of_17_gives_the_same_motion():
     assert run.tension.max() == pytest.approx(float(row["tension_max_N"]), rel=SAME)
 
 
+@pytest.mark.slow
 def test_a_command_of_one_step_rings_above_1000_and_is_unstable_above_2000():
     def went(gain):
         changes = {**HELD, "simulation.duration": 4.0, "controller.kp": gain, "controller.kd": gain}

@@ -185,6 +185,7 @@ def test_all_kinds_are_known():
         assert find_spec(home) is not None, home
 
 
+@pytest.mark.slow
 def test_exceptions_are_still_there(found):
     """Remove a name from the list after correcting it."""
     gone = [

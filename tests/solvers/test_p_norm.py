@@ -19,6 +19,7 @@ from cdpr_solvers.options import PNormOptions
 from cdpr_solvers.p_norm import PNorm
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("m", [7, 8, 9, 12])
 @pytest.mark.usual("8")
 def test_p_norm_converges_on_ten_thousand_problems(m):
@@ -47,6 +48,7 @@ def test_p_norm_converges_on_ten_thousand_problems(m):
         assert (slope / size).max() < 1e-10
 
 
+@pytest.mark.slow
 @given(seeds, st.integers(7, 12), loads, st.sampled_from([2, 4, 6, 10]))
 def test_p_norm_is_the_least_that_scipy_finds(seed, m, load, p):
     robot, W, wrench = problem(seed, m, load)

@@ -28,6 +28,7 @@ def families():
     return [adversaries(robot, COUNT, 1) for robot in robots()]
 
 
+@pytest.mark.slow
 def test_each_is_certified(families):
     for family in families:
         for k in range(0, COUNT, 2):

@@ -94,6 +94,7 @@ def test_a_solver_that_follows_is_not_called_side_by_side(option, both):
     assert_same_results(one, other)
 
 
+@pytest.mark.slow
 def test_limits_in_the_way_of_some(both):
     """Heavy platforms are beyond what the cables may do for a part of the way; a policy answers for them."""
     for policy in ("best_effort", "hold_tension"):
@@ -111,6 +112,7 @@ def test_events_at_different_times(both):
     assert_same_results(one, other)
 
 
+@pytest.mark.slow
 def test_frequent_events_increase_the_reporting_interval(both):
     one, other, far = both("external_wrench", GAINS, **{"simulation.duration": 2.5})
     assert far[0][1] > 0

@@ -135,6 +135,7 @@ def test_the_new_scenario_names_its_robot_from_where_it_lies(here):
     assert load_scenario("two.yaml").robot.name == "cogiro"
 
 
+@pytest.mark.slow
 def test_a_scenario_beyond_a_link_names_its_robot(here):
     """`..` leads upwards from where the link leads."""
     (here / "far" / "away").mkdir(parents=True)
@@ -153,6 +154,7 @@ def test_a_scenario_of_a_tiny_robot_moves_a_tenth_of_it(here):
     assert scenario.trajectory.to.position == (1e-4, 1e-4, 5e-4)  # hangs from anchors of one height
 
 
+@pytest.mark.slow
 def test_printed_names_can_be_typed(here):
     assert "next: cdpr info 'a b.yaml'" in CliRunner().invoke(cli, ["new", "robot", "a b.yaml"]).stderr
 
@@ -200,6 +202,7 @@ def test_sizes_that_cannot_be(here, words, told):
     assert not list(here.iterdir())
 
 
+@pytest.mark.slow
 def test_sizes_as_if_in_millimetres_are_reported(here):
     done = cdpr_here("new", "robot", *shlex.split("--frame 2000,1500,1250 --platform 200,150,100"), cwd=here)
     assert "lighter than air; lengths are in metres" in done.stderr

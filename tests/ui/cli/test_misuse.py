@@ -73,6 +73,7 @@ class Slow(TensionSolver):
         return Status.OK
 
 
+@pytest.mark.slow
 def test_threads_that_share_a_solver_do_not_share_answers(robot):
     solver, poses, answers = Slow(robot, None), np.tile(POSE, (2000, 1)), {}
 

@@ -64,6 +64,7 @@ def test_hostile_files_end_in_one_message_each(tmp_path, monkeypatch):
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 def test_a_model_reads_nothing_but_what_came_with_it(tmp_path, monkeypatch):
     (tmp_path / "secret.traj").write_text("root:x:0:0\n")
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))

@@ -208,6 +208,7 @@ def test_a_target_outside_the_frame_is_reported_and_reached():
         assert "new target" in it.broadcast.latest("status")["events"][-1]["text"]
 
 
+@pytest.mark.slow
 def test_the_request_queue_of_windows_is_bounded():
     with running_driver(scenario()) as it:
         it.phase("ready")

@@ -194,6 +194,7 @@ def test_late_clients_see_the_state_of_a_paused_run():
     assert found["run"].status == "finished"
 
 
+@pytest.mark.slow
 def test_a_log_is_not_begun_anew(tmp_path):
     held = running(0.5, out=str(tmp_path / "run"), held=True)
     with held as (link, found, said), client(link) as seen:

@@ -103,6 +103,7 @@ def test_messages_carry_who_sent_them_and_are_numbered(port):
     assert len(senders) == 2
 
 
+@pytest.mark.slow
 def test_all_that_the_node_has_is_declared(port):
     with seen_of(port, duration=0.2) as (_, _, _), node(port) as seen:
         seen.trigger("step")
@@ -263,6 +264,7 @@ def test_parameters_are_listed_described_and_read(port):
         seen.trigger("resume")
 
 
+@pytest.mark.slow
 def test_parameters_are_set_and_what_is_wrong_is_refused(port):
     with seen_of(port, duration=0.5) as (_, found, said), node(port) as seen:
         pairs = ("controller.kp", 150.0), ("controller.kd", -1.0), ("mass", 1.0), ("speed", "fast"), ("paused", 1)
@@ -293,6 +295,7 @@ def test_parameters_are_set_all_or_none(port):
         seen.trigger("resume")
 
 
+@pytest.mark.slow
 def test_clients_do_not_receive_their_own_messages(port):
     # Robots with winches show commands, too: on a topic other than that of received tensions.
     with seen_of(port, duration=0.1, file=WINCHES, speed=10.0) as (_, found, said), node(port) as seen:

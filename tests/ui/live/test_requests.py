@@ -35,6 +35,7 @@ def driven(link, duration=0.3, speed=FAST, rate=60.0, look=None, **overrides):
         link.close()
 
 
+@pytest.mark.slow
 def test_endless_requests_do_not_block_the_loop():
     link, looked, over = Quiet(), [], time.monotonic() + 0.7
     link.requests.put(Request("pause"))
@@ -74,6 +75,7 @@ def test_requests_are_executed_soon_at_any_display_rate():
     assert len(link.told) == 2  # at once, and at the end
 
 
+@pytest.mark.slow
 def test_samples_are_shown_at_the_given_rate():
     for rate, least in ((50.0, 14), (1000.0, 290)):
         link = Quiet()

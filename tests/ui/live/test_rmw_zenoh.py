@@ -135,6 +135,7 @@ def test_poses_travel_both_ways(pose):
     assert decode("geometry_msgs/PoseStamped", bytes(JAZZY.serialize_cdr(message, message.__msgtype__))) == content
 
 
+@pytest.mark.slow
 @given(
     st.lists(st.text(st.characters(exclude_characters="\0", codec="utf-8"), max_size=5), max_size=4),
     st.lists(numbers, max_size=9),

@@ -318,6 +318,7 @@ def test_without_matplotlib_the_page_is_whole_and_for_plots_the_remedy_is_named(
     assert 'role="img" aria-label="Cable tensions"' in text
 
 
+@pytest.mark.slow
 def test_the_room_itself_is_light() -> None:
     code = "import sys, cdpr.ui.report.pages.run; sys.exit('matplotlib' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0

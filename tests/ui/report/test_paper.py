@@ -46,6 +46,7 @@ def font_types(pdf: bytes) -> set[bytes]:
     return {kind for part in parts for kind in re.findall(rb"/Subtype\s*/(Type[0-9][A-Z]?|CIDFontType\w+)\b", part)}
 
 
+@pytest.mark.slow
 def test_a_pdf_embeds_its_fonts_as_truetype(run, tmp_path):
     found = font_types(saved(run.plot("tension", "position_error", width="ieee"), tmp_path, "pdf"))
     assert b"CIDFontType2" in found  # TrueType outlines
@@ -107,6 +108,7 @@ def test_an_invalid_width_is_reported(run, width):
     assert "\n" not in str(told.value)
 
 
+@pytest.mark.slow
 def test_letters_are_of_8_pt_and_nothing_leaves_the_figure(run):
     """Ticks, labels, legends and numbers of events, also where many cables have long names."""
     from matplotlib.text import Text
