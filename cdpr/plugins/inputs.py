@@ -20,7 +20,7 @@ class ControllerInputs:
 
     Attributes:
         preview: function of times (K,), s, that returns the desired motion there, (K, 19), in the layout of
-            `cdpr.model`. It contains the effects of the scenario's events, also of later ones.
+            `cdpr.model`. It contains the effects of past events, not those of later ones, such as an emergency stop.
         limits: (2, m), lowest and highest tensions, N.
         held: (m,), True for cables known to be broken or jammed; their two limits equal the tension.
         command: (m,), tensions as sent in the previous control step, N; 0 before the first one.

@@ -103,6 +103,7 @@ def build(scenario: Scenario) -> Parts:
             robot=robot,
             controlled_robot=parts.controlled_robot,
             nominal=nominal,
+            planned=scenario.planned,
             trajectory=parts.trajectory,
             controller=controller,
             solver=solver,

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
+from collections.abc import Sequence
+from functools import lru_cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -9,9 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cdpr.base.errors import PluginError
+from cdpr.model.arrays import checked
 from cdpr.model.robot import Array, read_only
 from cdpr.native.bind import bind
 from cdpr.plugins import Controller, ControllerInputs, SnapshotOfArrays
+from cdpr.scenario.events import ScenarioEvent, first_sample, redirected, redirecting
 from cdpr.simulation.parts import Parts
 from cdpr.tension.command import CommandStage
 from cdpr.tension.current_sample import Cables
@@ -47,19 +52,19 @@ class ControllerCalls(SnapshotOfArrays):
         parts: parts of the loop.
         cables: limits of the cables.
         locked: (m,), True for cables that the distribution has locked, live.
+        now: (1,), time of the present sample, s, live.
 
     Attributes:
         period: number of control steps.
-        motion: desired motion of the preview; may be replaced.
         arrays: state; () for controllers that are called in each control step, without further inputs.
     """
 
-    def __init__(self, parts: Parts, cables: Cables, locked: NDArray[np.bool_]) -> None:
-        controller = parts.controller
+    def __init__(self, parts: Parts, cables: Cables, locked: NDArray[np.bool_], now: Array) -> None:
+        controller, self._now = parts.controller, now
         self._control, self._step = controller.control, parts.control_step
         self.period = period_of(controller)
-        self.motion: Trajectory = parts.trajectory
-        self._held = np.zeros(6 if parts.output == "wrench" else parts.robot.m)
+        self.follow(parts.trajectory, parts.planned, parts.events)
+        self._held = np.full(6 if parts.output == "wrench" else parts.robot.m, np.nan)
         self._called = np.zeros(1)  # 0 before the first call
         self._sent = np.zeros(parts.robot.m)
         self._observes = observes(controller)
@@ -70,10 +75,24 @@ class ControllerCalls(SnapshotOfArrays):
             limits, sent = read_only(cables.limits), read_only(self._sent)
             controller.observe(ControllerInputs(self.preview, limits, known, sent, MappingProxyType({})))
 
+    def follow(self, motion: Trajectory, planned: Trajectory, events: Sequence[ScenarioEvent]) -> None:
+        """Preview another motion: the `planned` one, which these events change to `motion`."""
+        step, moving = self._step, redirecting(events)
+        self._motion, self._changes = motion, [first_sample(event.time, step) for event in moving]
+        self._after = lru_cache(maxsize=1)(lambda count: redirected(planned, moving[:count], step))
+
     def preview(self, times: ArrayLike) -> Array:
-        """Return the desired motion at times (K,), s: (K, 19), in the layout of `cdpr.model`."""
-        samples = [self.motion.sample(float(time)) for time in np.atleast_1d(np.asarray(times, dtype=np.float64))]
-        return np.array(samples).reshape(-1, 19)
+        """Return the desired motion at times (K,), s: (K, 19), in the layout of `cdpr.model`.
+
+        It contains the effects of past events only: nobody knows of an emergency stop in advance.
+
+        Raises:
+            CdprError: if the times are not finite numbers (K,).
+        """
+        past = bisect_right(self._changes, round(self._now[0] / self._step))
+        motion = self._motion if past == len(self._changes) else self._after(past)
+        found = checked(np.atleast_1d(times), (None,), "preview: times", finite=True)
+        return np.array([motion.sample(time) for time in found.tolist()]).reshape(-1, 19)
 
     def decide(self, time: float, state: Array, desired: Array, out: Array) -> None:
         """Write the controller's output of this control step: a new one if it is due, else the held one."""
@@ -90,4 +109,4 @@ class ControllerCalls(SnapshotOfArrays):
 
     def reset(self) -> None:
         """Forget held output and sent tensions."""
-        self._held[:], self._called[:], self._sent[:] = 0.0, 0.0, 0.0
+        self._held[:], self._called[:], self._sent[:] = np.nan, 0.0, 0.0

@@ -75,7 +75,7 @@ class Loop:
         self.given_state, self.given_desired = read_only(present.seen), read_only(self.desired)
         self.sample = parts.trajectory.sampler(self.desired)
         locked = np.zeros(parts.robot.m, dtype=bool)
-        self.calls = ControllerCalls(parts, present.cables, locked)
+        self.calls = ControllerCalls(parts, present.cables, locked, present.view("time"))
         self.stage = self.stage_of(parts.output)
         self.out = self.written(self.stage)
         loads = Loads(present.view("external"), parts.backend.external)
@@ -131,9 +131,9 @@ class Loop:
         parts = self.parts
         self.out[:] = np.nan
         perform(self.pipeline.operations[:1])
-        if np.isnan(self.out).all():
+        if np.isnan(self.out).any():
             raise PluginError(
-                f"the controller wrote no {parts.output}, or NaN: `control` must write into the array it is given"
+                f"the controller wrote no {parts.output}, or NaN: `control` must write all of the array it is given"
             )
         if isinstance(self.stage, TensionStage):
             robot, limits = parts.controlled_robot, self.present.cables.limits
@@ -168,14 +168,15 @@ class Loop:
     def revise(self, events: Sequence[ScenarioEvent], motion: Trajectory) -> None:
         """Replace events and motion; past events are not repeated."""
         self.parts = replace(self.parts, events=tuple(events), trajectory=motion)
-        self.calls.motion = motion
+        self.calls.follow(motion, self.parts.planned, events)
         self.sample = motion.sampler(self.desired)
         self.schedule.plan(events)
         self._plan(self.pipeline)
 
     def follow(self, motion: Trajectory) -> bool:
         """Follow another motion from the next sample on; return False if its sampler needs Python."""
-        self.sample, self.calls.motion = motion.sampler(self.desired), motion
+        self.sample = motion.sampler(self.desired)
+        self.calls.follow(motion, motion, ())
         before, self.advancing[-1] = self.advancing[-1], Operation("trajectory", self.sample, timed=True)
         return all(pipeline.swap(before, self.advancing[-1]) for pipeline in self._pipelines())
 

@@ -24,6 +24,7 @@ class Parts:
 
     robot: Robot
     controlled_robot: Robot  # nominal robot of the distribution: its dof are the directions to balance
+    planned: Trajectory  # desired motion without the effect of events
     trajectory: Trajectory
     controller: Controller
     solver: TensionSolver

@@ -32,7 +32,13 @@ def renew(loop: Loop, before: Scenario, now: Scenario) -> bool:
     if now.robot is not before.robot and not _renew_platform(loop, now):
         return False
     settings.renew(now.options().values)
-    loop.parts = replace(parts, robot=now.robot, controlled_robot=now.controlled_robot, trajectory=now.desired)
+    loop.parts = replace(
+        parts,
+        robot=now.robot,
+        controlled_robot=now.controlled_robot,
+        planned=now.planned,
+        trajectory=now.desired,
+    )
     return now.desired is parts.trajectory or loop.follow(now.desired)
 
 

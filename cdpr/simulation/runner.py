@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -36,7 +35,7 @@ from cdpr.model.robot import Array
 from cdpr.plugins import Backend, Controller
 from cdpr.plugins.classes import innermost
 from cdpr.scenario import Scenario
-from cdpr.scenario.events import ScenarioEvent, broken, guarding, redirected
+from cdpr.scenario.events import broken, guarding, redirected, redirecting
 from cdpr.scenario.events.limit_changes import limit_changes
 from cdpr.simulation.build import build
 from cdpr.simulation.events import contact_events, limit_events, marks, scheduled_events, tension_events
@@ -103,11 +102,11 @@ class Runner:
         assert self.loop is not None
         assert self.recorder is not None
         events, step, motion = self.session.events, self.header.control_step, self.loop.parts.trajectory
-        done, planned = _moving(self.loop.parts.events), _moving(events)
-        if planned != done:
-            more = planned[len(done) :]
-            if planned[: len(done)] != done or _latest(done) > min(event.time for event in more):
-                motion, more = self.scenario.planned, planned
+        done, moving = redirecting(self.loop.parts.events), redirecting(events)
+        if moving != done:
+            more = moving[len(done) :]
+            if moving[: len(done)] != done:
+                motion, more = self.scenario.planned, moving
             motion = redirected(motion, more, step)
         self.loop.revise(events, motion)
         self.parts = self.loop.parts
@@ -309,15 +308,6 @@ class Runner:
         assert self.parts is not None
         levels = [Level(one.clearance, one.after) for _, one in guarding(self.parts.events, self.header.control_step)]
         return Closest(clearance(robot, self.scenario.obstacles), self.header.broken, levels)
-
-
-def _moving(events: Sequence[ScenarioEvent]) -> list[ScenarioEvent]:
-    """Return the events that change the desired motion."""
-    return [event for event in events if type(event).redirect is not ScenarioEvent.redirect]
-
-
-def _latest(events: Sequence[ScenarioEvent]) -> float:
-    return max((event.time for event in events), default=0.0)
 
 
 def _origin(error: BaseException, scenario: Scenario) -> str:

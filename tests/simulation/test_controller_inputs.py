@@ -182,6 +182,53 @@ def test_preview_is_the_desired_motion_also_after_a_new_target():
     assert run.desired_position[500] == pytest.approx(after[0, :3], abs=1e-12)
 
 
+STOP = [{"type": "emergency_stop", "time": 0.05, "stopping_time": 0.1}]
+
+
+def test_preview_does_not_know_of_later_events():
+    plain, before, after = ([], [], [])
+    for found, events in ((plain, []), (before, STOP), (after, STOP)):
+        with cdpr.Simulation("caroca", controller=Watching, overrides={"events": events}) as sim:
+            sim.until(0.05 if found is after else 0.049)
+            found.append(Watching.last.inputs.preview([0.04, 0.3]))
+            motion = sim.scenario.desired
+    assert np.array_equal(before, plain)
+    assert np.array_equal(after[0], [motion.sample(0.04), motion.sample(0.3)])
+    assert (after[0] != plain[0]).any()
+
+
+@pytest.mark.parametrize("kind", [Predictive, type("Each", (Predictive,), {"period": 1})])
+def test_sessions_with_new_targets_have_the_same_bits(kind, tmp_path):
+    with cdpr.Simulation("caroca", controller=kind, overrides={"simulation.duration": 0.3}) as sim:
+        sim.until(0.1)
+        sim.target([0.1, 0.0, 1.2], duration=0.5)
+        sim.until(0.15)
+        sim.stop(stopping_time=0.1)
+        sim.step(9, wrench=[0, 0, 1500, 0, 0, 0])
+        sim.until(0.3)
+        sim.save(tmp_path / "session.yaml")
+        live = sim.run()
+    assert cdpr.simulate(tmp_path / "session.yaml", controller=kind).rows.tobytes() == live.rows.tobytes()
+
+
+@pytest.mark.parametrize("times", [np.zeros((2, 2)), [np.nan], ["soon"]])
+def test_invalid_times_of_the_preview_are_rejected(times):
+    watched([])
+    with pytest.raises(CdprError, match=r"^preview: times: "):
+        Watching.last.inputs.preview(times)
+
+
+@pytest.mark.parametrize("period", [1, 10])
+@pytest.mark.parametrize("written", [0, 3])
+def test_incomplete_outputs_are_rejected(period, written):
+    def control(self, time, state, desired, out):
+        out[:written] = 1.0
+
+    kind = type("Incomplete", (Watching,), {"period": period, "control": control})
+    with pytest.raises(PluginError, match="wrote no wrench, or NaN: `control` must write all of"):
+        cdpr.simulate("caroca", controller=kind)
+
+
 def test_snapshots_keep_the_phase_of_the_period():
     with cdpr.Simulation("caroca", controller=Predictive, overrides={"simulation.duration": 0.3}) as sim:
         sim.until(0.063)  # within a period

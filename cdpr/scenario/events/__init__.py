@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cdpr.base.kinds import Kinds
 from cdpr.base.lazy import lazily
-from cdpr.scenario.events.event import CableEvent, ScenarioEvent, first_sample, guarding, redirected
+from cdpr.scenario.events.event import CableEvent, ScenarioEvent, first_sample, guarding, redirected, redirecting
 
 if TYPE_CHECKING:
     from cdpr.scenario.events.contact import Contact
@@ -48,6 +48,7 @@ __all__ = [
     "limits_change",
     "mass_changes",
     "redirected",
+    "redirecting",
 ]
 
 MAX_EVENTS = 1000

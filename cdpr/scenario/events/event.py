@@ -244,9 +244,15 @@ def guarding(events: Sequence[ScenarioEvent], step: float) -> list[tuple[Scenari
     return [(event, guard) for event, guard in pairs if guard is not None]
 
 
+def redirecting(events: Sequence[ScenarioEvent]) -> list[ScenarioEvent]:
+    """Return the events that change the desired motion, by time."""
+    moving = [event for event in events if type(event).redirect is not ScenarioEvent.redirect]
+    return sorted(moving, key=lambda event: event.time)
+
+
 def redirected(motion: Trajectory, events: Sequence[ScenarioEvent], step: float) -> Trajectory:
     """Return the motion after the effects of `events`; CdprError names an event that is impossible."""
-    for event in sorted(events, key=lambda event: event.time):
+    for event in redirecting(events):
         try:
             motion = event.redirect(motion, step)
         except CdprError as error:
