@@ -5,6 +5,10 @@ from __future__ import annotations
 import math
 from threading import Condition
 from time import monotonic
+from typing import Any
+
+from cdpr.base.errors import CdprError
+from cdpr.base.problems import shown
 
 SPEEDS = 0.001, 1e6  # multiples of real time
 LATE = 0.5  # s of delay after which the simulation no longer tries to catch up
@@ -35,6 +39,19 @@ def next_portion(steps: int, seconds: float, limit: float, most: int) -> int:
     if seconds > limit:
         return max(steps // 2, 1)
     return min(2 * steps, most) if seconds < 0.5 * limit else steps
+
+
+def checked_speed(speed: Any) -> float | None:
+    """Return a speed.
+
+    Raises:
+        CdprError: if it is not a number within `SPEEDS`.
+    """
+    least, most = SPEEDS
+    number = isinstance(speed, int | float) and not isinstance(speed, bool)
+    if speed is not None and not (number and least <= speed <= most):
+        raise CdprError(f"speed: expected a number from {least:g} to {most:g}, got {shown(speed)}")
+    return None if speed is None else float(speed)
 
 
 class Pacing:

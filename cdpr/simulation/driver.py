@@ -19,7 +19,7 @@ from cdpr.log.run import Run
 from cdpr.model.arrays import checked
 from cdpr.scenario.events.loads import Wrench
 from cdpr.simulation.arguments import call
-from cdpr.simulation.clock import SPEEDS, Pacing
+from cdpr.simulation.clock import Pacing, checked_speed
 from cdpr.simulation.requests import Level, Request, Requests
 from cdpr.simulation.simulation import Simulation
 
@@ -29,7 +29,8 @@ SHARE = 0.05  # largest share of the time spent on such requests
 MOVE = 2.0  # s, default duration of a move to a target
 MOST_STEPS = 10_000  # per request
 NOT_SIMULATED = "not simulated: correct the errors and apply, or reset"
-INTERRUPTING = ("pause", "run", "reset", "load", "close")  # requests that end the remaining steps of a request
+URGENT = ("stop", "close")  # requests that are executed, after earlier ones, before the next control step
+INTERRUPTING = ("pause", "run", "reset", "load", *URGENT)  # requests that end the remaining steps of a request
 FORWARDED = ("cut", "jam", "stop")  # requests that are methods of the simulation
 
 
@@ -150,17 +151,23 @@ class Driver:
                 self.answer(request)
         # if a slice is due: endless requests must not block the simulation
         begun = now = self.clock.now()
-        while begun >= self._late_from and now - begun <= REQUEST_TIME and self.accepting and (request := self._next()):
+        while self.accepting and (
+            (begun >= self._late_from and now - begun <= REQUEST_TIME) or self.requests.pending(URGENT)
+        ):
+            request = self._next()
+            if request is None:
+                break
             self.answer(request)
             now = self.clock.now()
         self._late_from = max(self._late_from, now + min((now - begun) / SHARE, WAITS))
 
     def _next(self, timeout: float = 0.0) -> Request | None:
-        """Return the next request; while requested steps remain, only one that ends them."""
-        request = self.requests.get(timeout, INTERRUPTING if self._remaining else None)
-        if request is not None:
+        """Return the next request; while requested steps remain, only if they end because of it or a later one."""
+        if self._remaining:
+            if not self.requests.pending(INTERRUPTING):
+                return None
             self.end_steps()
-        return request
+        return self.requests.get(timeout)
 
     def advance(self) -> int:
         """Simulate what is due, or requested steps that remain, up to `most` control steps; return their number."""
@@ -200,7 +207,7 @@ class Driver:
         """Drop the requested steps that remain, and answer their request."""
         request, self._stepping, remaining, self._remaining = self._stepping, None, self._remaining, 0
         if request is not None and remaining:
-            request.refuse(f"step: interrupted, {remaining} steps remain")
+            request.refuse(interrupted(remaining))
         elif request is not None:
             request.done.set()
 
@@ -290,11 +297,14 @@ class Driver:
     def request_step(self, n: int = 1) -> None:
         """Simulate some control steps and pause.
 
-        Many steps are simulated in portions, in `advance`. Meanwhile other requests wait, except `INTERRUPTING` ones.
+        Many steps are simulated in portions, in `advance`. Meanwhile other requests wait. Any `INTERRUPTING` one ends
+        the steps; those before it are then executed first. Steps do not begin while an `URGENT` request is pending.
         """
         if type(n) is not int or not 1 <= n <= MOST_STEPS:
             raise CdprError(f"step: expected a whole number from 1 to {MOST_STEPS}, got {n!r}")
         self.check_unfinished()
+        if self.requests.pending(URGENT):
+            raise CdprError(interrupted(n))
         self.request_pause()
         self._remaining = n
         self._step_portion(min(n, self.most))
@@ -378,19 +388,11 @@ class Driver:
         self.changed(simulation.scenario.options().numbers())
 
 
+def interrupted(steps: int) -> str:
+    """Return why the rest of the requested steps was not simulated."""
+    return f"step: interrupted, {steps} steps remain"
+
+
 def unknown(what: str) -> CdprError:
     """Return the error of a request with an unknown name."""
     return CdprError(f"'{what[:40]}' is not an allowed request")
-
-
-def checked_speed(speed: Any) -> float | None:
-    """Return a speed.
-
-    Raises:
-        CdprError: if it is not a number within `SPEEDS`.
-    """
-    least, most = SPEEDS
-    number = isinstance(speed, int | float) and not isinstance(speed, bool)
-    if speed is not None and not (number and least <= speed <= most):
-        raise CdprError(f"speed: expected a number from {least:g} to {most:g}, got {shown(speed)}")
-    return None if speed is None else float(speed)

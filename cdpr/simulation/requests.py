@@ -50,6 +50,11 @@ class Request:
         """Return True for the first caller only: the request is either processed once or abandoned by its sender."""
         return bool(self._taken.acquire(blocking=False))
 
+    @property
+    def taken(self) -> bool:
+        """True if it was processed or abandoned."""
+        return bool(self._taken.locked())
+
     def refuse(self, reason: str) -> None:
         """Answer with the reason of a refusal."""
         self.answer = reason
@@ -111,17 +116,17 @@ class Requests:
                 one.done.set()
                 return
 
-    def get(self, timeout: float = 0.0, only: Container[str] | None = None) -> Request | None:
-        """Return the first request, waiting up to `timeout` s; None if there is none.
+    def pending(self, names: Container[str]) -> bool:
+        """Return True if a request with one of these names is pending, and not abandoned."""
+        with self._some:
+            return any(request.what in names and not request.taken for request in self._waiting)
 
-        Args:
-            timeout: as above.
-            only: names of requests; the first request stays in the queue if it has another name.
-        """
+    def get(self, timeout: float = 0.0) -> Request | None:
+        """Return the first request, waiting up to `timeout` s; None if there is none."""
         until = self.clock.now() + timeout
         with self._some:
             while True:
-                while self._waiting and (only is None or self._waiting[0].what in only):
+                while self._waiting:
                     request = self._waiting.popleft()
                     if request.take():
                         return request

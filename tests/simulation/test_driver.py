@@ -199,6 +199,57 @@ def test_many_steps_are_made_in_portions_and_answered_after_the_last():
     assert run.events[0].time == pytest.approx(0.05)
 
 
+def test_a_stop_ends_steps_also_behind_other_requests():
+    """Requests before it are executed, but no further step."""
+    steps, push, more, stop = (
+        Request("step", {"n": 50}),
+        Request("push", {"force": [9.0, 0.0, 0.0]}),
+        Request("step", {"n": 4}),
+        Request("stop"),
+    )
+
+    def ask_all(driver):
+        for request in (push, more, stop):
+            driver.requests.put(request, replaceable=False)
+
+    driver = Client([(8, ask_all)], paused=[nothing] * 3 + [resume])
+    driver.most = 8
+    driver.requests.put(steps, replaceable=False)
+    run = driver.run()
+    assert [each.answer for each in (steps, push, more, stop)] == [
+        "step: interrupted, 34 steps remain",
+        "",
+        "step: interrupted, 4 steps remain",
+        "",
+    ]
+    times = {event.kind: event.time for event in run.events}
+    assert times["wrench"] == times["emergency_stop"] == pytest.approx(0.016)
+
+
+def test_a_stop_does_not_wait_for_slices_that_are_late():
+    """Although other requests may take a small share of the time only."""
+    pushes = [Request("push", {"force": [1.0, 0.0, 0.0]}) for _ in range(20)]
+
+    def ask_all(driver):
+        driver.clock.tick = 1.0  # late, and each request takes long
+        for request in (*pushes, Request("stop")):
+            driver.requests.put(request, replaceable=False)
+
+    run = Client([(20, ask_all)]).run()
+    assert [event.time for event in run.events if event.kind == "emergency_stop"] == [pytest.approx(0.02)]
+    assert run.external[20, 0] == 20.0
+
+
+def test_an_abandoned_request_does_not_end_steps():
+    abandoned, steps = Request("pause"), Request("step", {"n": 50})
+    abandoned.take()
+    driver = Client([(8, lambda driver: driver.requests.put(abandoned, replaceable=False))])
+    driver.most, driver.while_paused = 8, [nothing] * 7 + [resume]
+    driver.requests.put(steps, replaceable=False)
+    driver.run()
+    assert steps.answer == ""
+
+
 @pytest.mark.parametrize("what", ["pause", "reset"])
 def test_requests_that_interrupt_end_the_remaining_steps(what):
     request = Request("step", {"n": 50})

@@ -59,7 +59,7 @@ class WindowDriver(Driver):
         self._text, self._fault = "", ""
         self._due = dict.fromkeys(("frame", "samples", "status"), 0.0)
         self._writing: list[Thread] = []  # threads that write files and report later
-        self._closing = self._closed = False
+        self._closed = False
         self._thread = Thread(target=self._loop, name="cdpr simulation", daemon=True)
         self._thread.start()
 
@@ -80,7 +80,6 @@ class WindowDriver(Driver):
 
     def close(self) -> None:
         """End the simulation and release its resources; running file operations are completed."""
-        self._closing = True  # ends steps that remain, also if other requests wait for them
         self.requests.put(Request("close", action=self._leave))
         self._thread.join(PATIENCE)
         for thread in self._writing:
@@ -220,8 +219,6 @@ class WindowDriver(Driver):
 
     def _turn(self) -> None:
         """Simulate up to the current time of the clock, and publish what is due."""
-        if self._closing:
-            self.end_steps()
         began = self.clock.now()
         if self.advance() == self.most:
             self.most = next_portion(self.most, self.clock.now() - began, PORTION_TIME, MAX_PORTION)

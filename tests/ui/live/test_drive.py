@@ -147,7 +147,7 @@ class Flood(Requests):
         super().__init__(FakeClock())
         self.takes, self.count = takes, 0
 
-    def get(self, timeout=0.0, only=None):
+    def get(self, timeout=0.0):
         self.clock.time += self.takes
         self.count += 1
         return Request("wrench", {"force": [1.0, 0.0, 0.0], "moment": [0.0, 0.0, 0.0]})
