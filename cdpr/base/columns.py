@@ -262,12 +262,12 @@ def check_declared(columns: object) -> None:
 @lru_cache(maxsize=16)  # the cases of a rollout or a study use the same arguments
 def clash(columns: tuple[Column, ...], cables: tuple[str, ...]) -> tuple[Column, Column, str] | None:
     """Return the first two columns with the same heading in a table, and that heading."""
-    names: dict[str, Column] = {}
-    headings: dict[str, Column] = {}
-    for column in columns:
+    names: dict[str, int] = {}
+    headings: dict[str, int] = {}
+    for i, column in enumerate(columns):
         for seen, words in ((names, [column.name]), (headings, column.headings(cables))):
             for word in words:
-                other = seen.setdefault(word, column)
-                if other is not column:
-                    return other, column, word
+                other = seen.setdefault(word, i)
+                if other != i:
+                    return columns[other], column, word
     return None

@@ -62,7 +62,7 @@ class Stream:
         if self.seed < 0:
             raise CdprError(f"seed: expected a whole number of at least 0, got {self.seed}")
         # Python's own hash of a text differs from process to process.
-        owner = int.from_bytes(sha256(name.encode()).digest()[:16], "little")
+        owner = int.from_bytes(sha256(name.encode(errors="surrogatepass")).digest()[:16], "little")
         words = np.random.SeedSequence((self.seed, owner)).generate_state(6, np.uint64)
         self._initial = (1 + words % (MODULI - 1)).astype(np.float64)  # from 1, for a state of zeros is invalid
         self.state = self._initial.copy()

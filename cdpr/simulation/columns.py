@@ -18,7 +18,8 @@ from cdpr.scenario.events import mass_changes
 from cdpr.simulation.loop_part import LoopPart, perceived_differs
 from cdpr.simulation.loop_parts import loop_parts
 
-# Conditions of the groups of `cdpr.base.columns.GROUPS`, for a scenario and the parts of its loop.
+# Conditions of the groups of `cdpr.base.columns.GROUPS`, for a scenario and the parts of its loop; without one, a group
+# is that of a part.
 CONDITIONS: dict[str, Callable[[Scenario, Sequence[LoopPart]], bool]] = {
     "winched": lambda scenario, parts: not scenario.ideal_cables,
     "later": lambda scenario, parts: True,
@@ -50,9 +51,8 @@ def columns_of(scenario: Scenario) -> tuple[Column, ...]:
     chosen = chosen_plugins(scenario)
     declared = [replace(column, owner=role) for role, entry in chosen.items() for column in entry.info.columns]
     parts = loop_parts(scenario)
-    grouped = [
-        column for name, group in GROUPS.items() if CONDITIONS[name](scenario, parts) for column in group.columns
-    ]
+    chosen_groups = [name for name in GROUPS if name in CONDITIONS and CONDITIONS[name](scenario, parts)]
+    grouped = [column for name in chosen_groups for column in GROUPS[name].columns]
     of_parts = [column for part in parts for column in part.columns]
     more = (*grouped, *of_parts, *declared)
     found = clash((*FIRST, *more), tuple(cable.name for cable in scenario.robot.cables))

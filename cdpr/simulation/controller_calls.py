@@ -84,7 +84,7 @@ class ControllerCalls(SnapshotOfArrays):
     def preview(self, times: ArrayLike) -> Array:
         """Return the desired motion at times (K,), s: (K, 19), in the layout of `cdpr.model`.
 
-        It contains the effects of past events only: nobody knows of an emergency stop in advance.
+        It contains the effects of past events, not those of later ones.
 
         Raises:
             CdprError: if the times are not finite numbers (K,).

@@ -11,7 +11,7 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.random_numbers import Stream
 from cdpr.plugins import Backend
-from cdpr.plugins.snapshots import SnapshotOfArrays
+from cdpr.plugins.snapshots import put_back, save
 from cdpr.tension.operations import Operation
 
 
@@ -41,16 +41,16 @@ class Surroundings:
     seen_cables: Array
 
 
-class LoopPart(SnapshotOfArrays):
+class LoopPart:
     """Part of the loop with operations at named places of a step.
 
-    The loop calls `connect` once, then takes the operations. It saves and restores `arrays` with snapshots; a part with
-    other state overrides `snapshot` and `restore`, and is then not simulated in blocks of rollouts.
+    The loop calls `connect` once, then takes the operations. Snapshots contain `saved_arrays`; a part with other state
+    overrides `snapshot` and `restore`, and is then not simulated in blocks of rollouts.
 
     Attributes:
-        name: name of the part in messages, in `run.json` and of its operations.
+        name: name of the part in messages, in `run.json` and of its operations; unique in the loop.
         columns: columns that it adds to a row: those of a group in `cdpr.base.columns.GROUPS`, for the documentation.
-        arrays: its memory, live; with the `state` of each of its streams.
+        arrays: its memory besides the streams, live.
         writes: "seen" or "seen_cables" or both, if operations of `observed` write these arrays of `Surroundings`.
         streams: its random streams, which restart at a reset. Their names must be unique in the loop.
 
@@ -92,6 +92,23 @@ class LoopPart(SnapshotOfArrays):
     def moved(self) -> Sequence[Operation]:
         """Return the operations after the plant moved, before it is observed."""
         return ()
+
+    @property
+    def saved_arrays(self) -> tuple[Array, ...]:
+        """Return `arrays`, and the states of the streams."""
+        return (*self.arrays, *(stream.state for stream in self.streams))
+
+    def snapshot(self) -> object:
+        """Return a copy of the memory."""
+        return save(self.saved_arrays)
+
+    def restore(self, snapshot: Any) -> None:
+        """Restore a snapshot.
+
+        Args:
+            snapshot: result of `snapshot` of the same object.
+        """
+        put_back(snapshot, self.saved_arrays)
 
     def reset(self) -> None:
         """Return to the state before the first sample; by default all arrays become 0, and the streams restart."""

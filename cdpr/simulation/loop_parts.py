@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
+from typing import get_args
 
+from cdpr.base.errors import CdprError
+from cdpr.plugins.info import Role
 from cdpr.scenario import Scenario
 from cdpr.simulation.loop_part import LoopPart
 
@@ -12,6 +16,15 @@ LOOP_PARTS: list[Callable[[Scenario], LoopPart | None]] = []
 
 
 def loop_parts(scenario: Scenario) -> tuple[LoopPart, ...]:
-    """Return new parts for the loop of a scenario, not yet connected."""
-    made = (part_of(scenario) for part_of in LOOP_PARTS)
-    return tuple(part for part in made if part is not None)
+    """Return new parts for the loop of a scenario, not yet connected.
+
+    Raises:
+        CdprError: if two parts or two of their streams have the same name.
+    """
+    parts = tuple(part for part_of in LOOP_PARTS if (part := part_of(scenario)) is not None)
+    streams = [stream.name for part in parts for stream in part.streams]
+    for what, names in ("parts", [*get_args(Role), *(part.name for part in parts)]), ("random streams", streams):
+        name, count = max(Counter(names).items(), key=lambda item: item[1], default=("", 0))
+        if count > 1:
+            raise CdprError(f"the loop has {count} {what} named {name!r}: expected unique names")
+    return parts

@@ -40,6 +40,7 @@ from cdpr.scenario.events.limit_changes import limit_changes
 from cdpr.simulation.build import build
 from cdpr.simulation.events import contact_events, limit_events, marks, scheduled_events, tension_events
 from cdpr.simulation.loop import Loop
+from cdpr.simulation.loop_part import LoopPart
 from cdpr.simulation.parts import Parts
 from cdpr.simulation.session import Session
 
@@ -239,30 +240,16 @@ class Runner:
                     self.session.save(self.folder.path / SESSION_NAME, samples)
                 except CdprError as unsaved:
                     events.append(Event(self._time, "warning", f"{SESSION_NAME} is not written: {unsaved}"))
-        plugins = self._plugins
         if self.parts is not None:
             events.sort(key=lambda event: event.time)
-            parts: dict[str, Backend | Controller] = {
-                "backend": self.parts.backend,
-                "controller": self.parts.controller,
-            }
             for extra in self.parts.more:
-                if about := extra.describe():
-                    plugins[extra.name] = about
-            for role, part in parts.items():
+                events += self._complete(extra.name, extra)
+            for role, part in ("backend", self.parts.backend), ("controller", self.parts.controller):
                 if role in self._closed or not closing:
                     continue
                 self._closed.append(role)  # do not wait twice for a part that hangs
-                try:
-                    if about := part.describe():
-                        plugins[role] = about
-                    part.close()
-                except KeyboardInterrupt:
-                    raise
-                except BaseException as foreign:
-                    text = f"the {role} raised {one_line(foreign)} while closing"
-                    events.append(Event(self._time, "warning", text))
-        if coupled := plugins.get("backend", {}).get("actuators"):
+                events += self._complete(role, part)
+        if coupled := self._plugins.get("backend", {}).get("actuators"):
             events.insert(0, Event(0.0, "actuators", f"{coupled['coupling']}: {coupled['stability']}"))
         outcome, message = "finished", ""
         if error is not None:
@@ -279,12 +266,25 @@ class Runner:
             events=tuple(events),
             timings={"setup_s": self._started - self._begun, "loop_s": looped - self._started},
             unused=self.scenario.unused,
-            plugins=plugins,
+            plugins=self._plugins,
             interpreted=None if self.loop is None else self.loop.pipeline.interpreted,
             folder=None if self.folder is None or going_on else str(self.folder.path),
             counted=counted,
             clearance=clearance,
         ), error
+
+    def _complete(self, name: str, part: Backend | Controller | LoopPart) -> list[Event]:
+        """Store the metadata of a part, and close a plugin; return a warning if it raises."""
+        try:
+            if about := part.describe():
+                self._plugins[name] = about
+            if not isinstance(part, LoopPart):
+                part.close()
+        except KeyboardInterrupt:
+            raise
+        except BaseException as foreign:
+            return [Event(self._time, "warning", f"the {name} raised {one_line(foreign)} while closing")]
+        return []
 
     def _closest(self, rows: Array | LogRows) -> Closest | None:
         """Return the smallest distances of cables to obstacles in all samples; None if cable diameters are unknown."""

@@ -123,7 +123,7 @@ def test_a_million_normal_numbers():
 
 
 def test_streams_of_other_names_and_seeds_are_uncorrelated():
-    n, names = 20_000, ["wind", "wind ", "encoder_1", "encoder_2", "", "Wind", "kraft-ä"]
+    n, names = 20_000, ["wind", "wind ", "encoder_1", "encoder_2", "", "Wind", "kraft-ä", "\ud800"]
     streams = [Stream(0, name) for name in names] + [Stream(seed, "wind") for seed in (1, 2, 2**32, 2**32 - 1)]
     assert len({stream.state.tobytes() for stream in streams}) == len(streams)
     z = np.array([normal_numbers(stream.state, n) for stream in streams])

@@ -7,7 +7,9 @@ import pytest
 from conftest import ROOT
 
 import cdpr
-from cdpr.base.columns import Column, known_columns
+from cdpr.base.columns import GROUPS, Column, ColumnGroup, known_columns
+from cdpr.base.errors import CdprError
+from cdpr.native.random_numbers import Stream
 from cdpr.simulation import loop_parts
 from cdpr.simulation.loop_part import LoopPart
 from cdpr.tension.operations import Operation
@@ -85,6 +87,45 @@ def test_a_rollout_has_the_bits_of_single_runs(toy):
     for i, run in enumerate(runs):
         assert np.array_equal(batch["toy"][i], run["toy"])
         assert np.array_equal(batch["position"][i], run.position)
+
+
+def test_documented_columns_of_a_part_are_in_its_runs_only(toy, monkeypatch):
+    monkeypatch.setitem(GROUPS, "toy", ColumnGroup(Toy.columns, "the loop contains a toy"))
+    assert known_columns()["toy"][1] == "the loop contains a toy"
+    assert "toy" in cdpr.simulate(CAROCA, overrides=SHORT).header.layout.fields
+    monkeypatch.setattr(loop_parts, "LOOP_PARTS", [])
+    assert "toy" not in cdpr.simulate(CAROCA, overrides=SHORT).header.layout.fields
+
+
+def named(title, columns=(), streams=()):
+    kind = type("Named", (LoopPart,), {"name": title, "columns": columns, "streams": streams})
+    return lambda scenario: kind()
+
+
+@pytest.mark.parametrize(
+    ("parts", "message"),
+    [
+        ([named("a"), named("a")], "the loop has 2 parts named 'a': expected unique names"),
+        ([named("backend")], "the loop has 2 parts named 'backend'"),
+        ([named("a", streams=(Stream(0, "x"),)), named("b", streams=(Stream(0, "x"),))], "2 random streams named 'x'"),
+        ([named("a", Toy.columns), named("b", Toy.columns)], "would both be 'toy' in a table"),
+    ],
+)
+def test_equal_names_are_rejected(monkeypatch, parts, message):
+    monkeypatch.setattr(loop_parts, "LOOP_PARTS", parts)
+    with pytest.raises(CdprError, match=message):
+        cdpr.simulate(CAROCA, overrides=SHORT)
+
+
+def test_a_part_that_cannot_be_described_keeps_the_run(monkeypatch):
+    class Silent(Toy):
+        def describe(self):
+            raise RuntimeError("nothing to say")
+
+    monkeypatch.setattr(loop_parts, "LOOP_PARTS", [lambda scenario: Silent()])
+    run = cdpr.simulate(CAROCA, overrides=SHORT)
+    assert (run.status, len(run.rows)) == ("finished", 51)
+    assert run.events[-1].text == "the toy raised RuntimeError: nothing to say while closing"
 
 
 def undocumented(kinds):

@@ -27,7 +27,7 @@ class Noise(LoopPart):
 
     def __init__(self, seed, compiled):
         self.stream, self.compiled = Stream(seed, self.name), compiled
-        self.streams, self.arrays = (self.stream,), (self.stream.state,)
+        self.streams = (self.stream,)
 
     def connect(self, surroundings):
         self.column = surroundings.columns["noise"]
