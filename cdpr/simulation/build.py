@@ -267,7 +267,7 @@ def output_of(entry: Registered, controller: Controller) -> Output:
 
 
 def check_cables(scenario: Scenario, backend: Registered) -> None:
-    """Reject a backend without support for the robot's winches or pulleys, and a step at which winches are unstable.
+    """Reject a backend without support for the robot's winches, and a step at which they are unstable.
 
     Raises:
         PluginError: if the backend does not support the cables.
@@ -275,15 +275,6 @@ def check_cables(scenario: Scenario, backend: Registered) -> None:
     """
     robot, step = scenario.robot, scenario.simulation.physics_step
     declared = backend.properties(scenario.backend_options(backend.info.name))  # type: ignore[arg-type]
-    exits = declared.get("exits", ())
-    known_exits = exits if isinstance(exits, tuple | list) else ()
-    for cable in robot.cables:
-        if cable.exit is not None and cable.exit.header and cable.exit.type not in known_exits:
-            raise PluginError(
-                f"backend '{backend.info.name}', with its options, requires exits at the anchors, and "
-                f"cable '{cable.name}' has exit {cable.exit.type}: choose another backend, or its default cables, or "
-                "omit the exit"
-            )
     if scenario.actuators is not None or scenario.ideal_cables:
         return
     known = declared.get("cable_models", (COMMANDED,))

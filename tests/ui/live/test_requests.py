@@ -7,6 +7,7 @@ import time
 from itertools import pairwise
 
 import pytest
+from fake_clock import FakeClock
 from live_cases import CAROCA, QUIET, quiet
 from live_client import FILE, RUN_TIMEOUT
 from live_link import Quiet
@@ -153,6 +154,7 @@ def test_parameters_keep_their_values():
     scenario = loaded(0.3)
     numbers = scenario.options().numbers()
     link, kp = Quiet(numbers), numbers["controller.kp"]
+    link.requests = Requests(FakeClock())
     driver = LiveDriver(scenario, None, link, 20.0, 60.0)
     seen = []
 
