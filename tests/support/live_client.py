@@ -40,14 +40,17 @@ def running(make, duration=2.0, out=None, speed=1.0, held=False, file=FILE, **ov
             except CdprError as error:
                 found["error"] = error
 
-        thread = threading.Thread(target=work)
+        thread = threading.Thread(target=work, daemon=True)
         thread.start()
         try:
             assert not held or pause.done.wait(RUN_TIMEOUT)
             yield link, found, said
         finally:
-            link.requests.put(Request("pause", {"paused": False}))  # whatever failed
-            thread.join(RUN_TIMEOUT)
+            for _ in range(10):  # whatever failed, and also if a client's last message pauses again
+                link.requests.put(Request("pause", {"paused": False}))
+                thread.join(0.1 * RUN_TIMEOUT)
+                if not thread.is_alive():
+                    break
             assert not thread.is_alive()
 
 

@@ -146,7 +146,9 @@ class Sender(ABC):
             return str(full)
         if not request.done.wait(ANSWERS) and request.take():
             return "the simulation does not answer, and the request is discarded: it is busy, over, or has not begun"
-        request.done.wait()
+        while not request.done.wait(ANSWERS):
+            if self._ended.is_set():
+                return "the run ended before it answered"
         return request.answer
 
     def call(self, name: str) -> str:

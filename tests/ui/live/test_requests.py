@@ -92,6 +92,14 @@ def test_abandoned_requests_are_never_executed(monkeypatch):
     assert driven(link, 0.05).events == ()
 
 
+def test_a_request_that_an_interrupted_run_took_does_not_block_its_sender(monkeypatch):
+    monkeypatch.setattr(sender, "ANSWERS", OFTEN)
+    link, request = Quiet(), Request("stop")
+    request.take()
+    link.close()
+    assert link.submit(request) == "the run ended before it answered"
+
+
 def test_the_newest_unclaimed_message_is_kept():
     waiting, first = Requests(), Request("wrench", {"k": -1})
     waiting.put(first)
