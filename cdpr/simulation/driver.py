@@ -31,7 +31,8 @@ MOST_STEPS = 10_000  # per request
 NOT_SIMULATED = "not simulated: correct the errors and apply, or reset"
 URGENT = ("stop", "close")  # requests that are executed, after earlier ones, before the next control step
 INTERRUPTING = ("pause", "run", "reset", "load", *URGENT)  # requests that end the remaining steps of a request
-FORWARDED = ("cut", "jam", "stop")  # requests that are methods of the simulation
+INTERRUPTED = "step: interrupted, {} steps remain"
+FORWARDED = ("cut", "jam")  # requests that are methods of the simulation
 
 
 class CommandWarning(str):
@@ -87,7 +88,7 @@ class Driver:
         self.pushes: dict[int, Wrench] = {}
         self._wrench: Wrench | None = None
         self._tension: list[float] | None = None
-        self._target_warned = False  # True if the last target was doubtful
+        self._stopped = self._target_warned = False  # after a requested stop; if the last target was doubtful
         if simulation is not None:
             self.pacing.slice = self.slice_steps * simulation.scenario.simulation.control_step
             self.pacing.start(simulation.time)
@@ -207,7 +208,7 @@ class Driver:
         """Drop the requested steps that remain, and answer their request."""
         request, self._stepping, remaining, self._remaining = self._stepping, None, self._remaining, 0
         if request is not None and remaining:
-            request.refuse(interrupted(remaining))
+            request.refuse(INTERRUPTED.format(remaining))
         elif request is not None:
             request.done.set()
 
@@ -297,14 +298,13 @@ class Driver:
     def request_step(self, n: int = 1) -> None:
         """Simulate some control steps and pause.
 
-        Many steps are simulated in portions, in `advance`. Meanwhile other requests wait. Any `INTERRUPTING` one ends
-        the steps; those before it are then executed first. Steps do not begin while an `URGENT` request is pending.
+        Many steps are simulated in portions, in `advance`, until an `INTERRUPTING` request is pending; others wait.
         """
         if type(n) is not int or not 1 <= n <= MOST_STEPS:
             raise CdprError(f"step: expected a whole number from 1 to {MOST_STEPS}, got {n!r}")
         self.check_unfinished()
         if self.requests.pending(URGENT):
-            raise CdprError(interrupted(n))
+            raise CdprError(INTERRUPTED.format(n))
         self.request_pause()
         self._remaining = n
         self._step_portion(min(n, self.most))
@@ -361,6 +361,8 @@ class Driver:
         if not tension:
             self._tension = None
             return
+        if self._stopped:
+            raise CdprError("tension: the robot is stopped")
         if names:
             cables = [cable.name for cable in simulation.scenario.robot.cables]
             if sorted(names) != sorted(cables) or len(tension) != len(names):
@@ -370,6 +372,11 @@ class Driver:
             tension = [tension[names.index(cable)] for cable in cables]
         checked(tension, (simulation.scenario.robot.m,), "tension", finite=True)  # refuse invalid values immediately
         self._tension = tension
+
+    def request_stop(self, category: int | None = None, stopping_time: float | None = None) -> None:
+        """Stop the robot, as `Simulation.stop`; requested tensions end, and further ones are rejected."""
+        self.simulation.stop(category, stopping_time=stopping_time)
+        self._tension, self._stopped = None, True
 
     def request_limits(self, tension_min: float | None = None, tension_max: float | None = None) -> None:
         """Change the tension limits of all cables, N."""
@@ -386,11 +393,6 @@ class Driver:
         simulation.reset()
         self.attach(simulation)
         self.changed(simulation.scenario.options().numbers())
-
-
-def interrupted(steps: int) -> str:
-    """Return why the rest of the requested steps was not simulated."""
-    return f"step: interrupted, {steps} steps remain"
 
 
 def unknown(what: str) -> CdprError:

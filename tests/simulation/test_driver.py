@@ -240,6 +240,22 @@ def test_a_stop_does_not_wait_for_slices_that_are_late():
     assert run.external[20, 0] == 20.0
 
 
+def test_a_stop_ends_requested_tensions():
+    late = Request("tension", {"tension": [310.0] * 8})
+    script = [
+        (20, ask("tension", tension=[300.0] * 8)),
+        (50, ask("stop")),
+        (60, lambda driver: driver.requests.put(late)),
+        (70, ask("tension", tension=[])),
+    ]
+    driver = Client(script)
+    tension = driver.run().tension
+    assert (tension[20:50] == 300.0).all()
+    assert (tension[50:] != 300.0).all()
+    assert driver.said == [("error", "tension: the robot is stopped")] == [("error", late.answer)]
+    assert (tension != 310.0).all()
+
+
 def test_an_abandoned_request_does_not_end_steps():
     abandoned, steps = Request("pause"), Request("step", {"n": 50})
     abandoned.take()
