@@ -20,7 +20,7 @@ from cdpr.model.arrays import checked
 from cdpr.scenario.events.loads import Wrench
 from cdpr.simulation.arguments import call
 from cdpr.simulation.clock import Pacing, checked_speed
-from cdpr.simulation.requests import Level, Request, Requests
+from cdpr.simulation.requests import URGENT, Level, Request, Requests
 from cdpr.simulation.simulation import Simulation
 
 WAITS = 0.2  # s, longest time between two calls of `progress` while it waits or is paused
@@ -29,7 +29,6 @@ SHARE = 0.05  # largest share of the time spent on such requests
 MOVE = 2.0  # s, default duration of a move to a target
 MOST_STEPS = 10_000  # per request
 NOT_SIMULATED = "not simulated: correct the errors and apply, or reset"
-URGENT = ("stop", "close")  # requests that are executed, after earlier ones, before the next control step
 INTERRUPTING = ("pause", "run", "reset", "load", *URGENT)  # requests that end the remaining steps of a request
 INTERRUPTED = "step: interrupted, {} steps remain"
 FORWARDED = ("cut", "jam")  # requests that are methods of the simulation

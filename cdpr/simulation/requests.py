@@ -12,6 +12,7 @@ from cdpr.base.errors import CdprError
 from cdpr.simulation.clock import Clock
 
 MAX_PENDING = 200  # pending requests; beyond, those that must not be replaced are rejected
+URGENT = ("stop", "close")  # requests that are executed, after earlier ones, before the next control step
 REPLACED = "replaced by a later request"
 
 Level = Literal["error", "warning", "info"]
@@ -91,13 +92,14 @@ class Requests:
             replaceable: as above.
 
         Raises:
-            CdprError: if too many requests are pending and the request is not replaceable.
+            CdprError: if too many requests are pending and the request is not replaceable; one place more is kept for
+                those of `URGENT`.
         """
         with self._some:
             request.replaceable = replaceable
             closed = self._closed
             if not closed:
-                if not replaceable and len(self._waiting) >= MAX_PENDING:
+                if not replaceable and len(self._waiting) >= MAX_PENDING + (request.what in URGENT):
                     raise CdprError(f"{request.what}: rejected: {MAX_PENDING} requests are pending")
                 if replaceable:
                     self._replace(request.kind)

@@ -410,8 +410,11 @@ def test_the_queue_is_bounded():
         requests.put(Request("step"), replaceable=False)
     with pytest.raises(CdprError, match=f"^step: rejected: {MAX_PENDING} requests are pending"):
         requests.put(Request("step"), replaceable=False)
+    requests.put(Request("stop"), replaceable=False)  # one place is kept for it
+    with pytest.raises(CdprError, match=r"^stop: rejected"):
+        requests.put(Request("stop"), replaceable=False)
     requests.put(Request("pause"))  # of the driver's own thread: replaced, not counted
-    assert sum(1 for _ in iter(requests.get, None)) == MAX_PENDING + 1
+    assert sum(1 for _ in iter(requests.get, None)) == MAX_PENDING + 2
 
 
 def test_a_driver_without_a_simulation_refuses():

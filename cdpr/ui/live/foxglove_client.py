@@ -47,7 +47,7 @@ class Client:
         self._samples = deque[list[Message]](maxlen=BACKLOG)
         self._replies = deque[Message]()
         self._some, self._ended = Condition(), False
-        self._calls = Semaphore(MOST_CALLS)
+        self._calls, self._stops = Semaphore(MOST_CALLS), Semaphore(1)
         self._sender = Thread(target=self._send, name="foxglove client", daemon=True)
 
     def serve(self) -> None:
@@ -200,24 +200,25 @@ class Client:
 
     def _call(self, service: int, call: int, encoding: str) -> None:
         """Call a service in its own thread: the answer may take time, and a stop must not wait for it."""
-        text = ""
+        text, stop = "", service < len(SERVICES) and SERVICES[service] == "stop"
+        places = self._stops if stop else self._calls  # a stop has a place of its own
         if service >= len(SERVICES):
             text = f"there is no service {service}"
         elif encoding != "json":
             text = f"expected the encoding json, got {shown(encoding)}"
-        elif not self._calls.acquire(blocking=False):
-            text = f"{MOST_CALLS} calls wait for the simulation already"
+        elif not places.acquire(blocking=False):
+            text = f"{1 if stop else MOST_CALLS} calls wait for the simulation already"
         if text:
             self.reply(protocol.service_failure(service, call, text))
             return
-        Thread(target=self._answer, args=(service, call), name="foxglove service", daemon=True).start()
+        Thread(target=self._answer, args=(service, call, places), name="foxglove service", daemon=True).start()
 
-    def _answer(self, service: int, call: int) -> None:
+    def _answer(self, service: int, call: int, places: Semaphore) -> None:
         try:
             refused = self._link.call(SERVICES[service])
             self.reply(protocol.service_response(service, call, {"success": not refused, "message": refused}))
         finally:
-            self._calls.release()
+            places.release()
 
     def _values(self, names: Iterable[str]) -> Mapping[str, Any]:
         parameters = self._link.parameters
