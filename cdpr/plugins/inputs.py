@@ -23,7 +23,8 @@ class ControllerInputs:
             `cdpr.model`. It contains the effects of past events, not those of later ones, such as an emergency stop.
         limits: (2, m), lowest and highest tensions, N.
         held: (m,), True for cables known to be broken or jammed; their two limits equal the tension.
-        command: (m,), tensions as sent in the previous control step, N; 0 before the first one.
+        command: (m,), tensions as sent in the previous control step, N; 0 before the first one. Without power, those
+            that were sent last.
         measurements: measurements by name; none so far.
 
     Example:

@@ -235,8 +235,9 @@ class Pipeline:
                     answer = do(time[0]) if timed else do()
                     at += 1 if answer is None else 1 + operations[at].meet(answer)
             except Infeasible:
-                report_failed_sample(operations[at + 1 : self._complete], self.time)
-                self._keep()
+                if at < self._complete:
+                    report_failed_sample(operations[at + 1 : self._complete], self.time)
+                    self._keep()
                 raise
             place[OPERATION] = at
             code = turn()

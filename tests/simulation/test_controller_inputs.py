@@ -152,6 +152,12 @@ def test_the_previous_command_is_that_sent_before_the_fault_acts_on_it():
     assert seen[11][3][2] == 0.0
 
 
+def test_without_power_the_previous_command_is_the_last_one_sent():
+    run, seen = watched([{"type": "emergency_stop", "time": 0.005, "category": 0}])
+    assert (run.tension[5:] == 0.0).all()
+    assert all((each[3] == run.tension[4]).all() for each in seen[5:])
+
+
 def test_limits_change_with_events():
     _, seen = watched([{"type": "limits", "time": 0.01, "max": 900.0}])
     assert {each[1][1].max() for each in seen[:10]} == {10000.0}

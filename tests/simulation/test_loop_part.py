@@ -128,6 +128,26 @@ def test_a_part_that_cannot_be_described_keeps_the_run(monkeypatch):
     assert run.events[-1].text == "the toy raised RuntimeError: nothing to say while closing"
 
 
+@pytest.mark.parametrize("place", ["observed", "moved"])
+@pytest.mark.parametrize("kind", [cdpr.Infeasible, cdpr.Diverged])
+def test_errors_after_a_sample_add_no_row(monkeypatch, place, kind):
+    class Failing(LoopPart):
+        name = "failing"
+
+        def connect(self, surroundings):
+            self.time = surroundings.view("time")
+
+        def fail(self):
+            if self.time[0] > 0.0095:
+                raise kind("here")
+
+    setattr(Failing, place, lambda self, *_: [Operation(self.name, self.fail)])
+    monkeypatch.setattr(loop_parts, "LOOP_PARTS", [lambda scenario: Failing()])
+    with pytest.raises(kind, match="here") as stop:
+        cdpr.simulate(CAROCA, overrides=SHORT)
+    assert len(stop.value.run.rows) == 11
+
+
 def undocumented(kinds):
     """Return the columns of these parts that are in no group of the table of columns."""
     return [column.name for kind in kinds for column in kind.columns if column.name not in known_columns()]
