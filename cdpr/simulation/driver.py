@@ -29,7 +29,7 @@ SHARE = 0.05  # largest share of the time spent on such requests
 MOVE = 2.0  # s, default duration of a move to a target
 MOST_STEPS = 10_000  # per request
 NOT_SIMULATED = "not simulated: correct the errors and apply, or reset"
-INTERRUPTING = ("pause", "run", "reset", "load", *URGENT)  # requests that end the remaining steps of a request
+INTERRUPTING = ("pause", "run", "reset", "load")  # requests that also end the remaining steps of a request, if next
 INTERRUPTED = "step: interrupted, {} steps remain"
 FORWARDED = ("cut", "jam")  # requests that are methods of the simulation
 
@@ -162,9 +162,9 @@ class Driver:
         self._late_from = max(self._late_from, now + min((now - begun) / SHARE, WAITS))
 
     def _next(self, timeout: float = 0.0) -> Request | None:
-        """Return the next request; while requested steps remain, only if they end because of it or a later one."""
+        """Return the next request; while requested steps remain, only if it or an urgent one ends them."""
         if self._remaining:
-            if not self.requests.pending(INTERRUPTING):
+            if not self.requests.pending(URGENT, first=INTERRUPTING):
                 return None
             self.end_steps()
         return self.requests.get(timeout)
@@ -297,7 +297,7 @@ class Driver:
     def request_step(self, n: int = 1) -> None:
         """Simulate some control steps and pause.
 
-        Many steps are simulated in portions, in `advance`, until an `INTERRUPTING` request is pending; others wait.
+        Many steps are simulated in portions, in `advance`. Other requests wait, except `INTERRUPTING` and `URGENT` ones.
         """
         if type(n) is not int or not 1 <= n <= MOST_STEPS:
             raise CdprError(f"step: expected a whole number from 1 to {MOST_STEPS}, got {n!r}")

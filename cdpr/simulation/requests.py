@@ -118,10 +118,14 @@ class Requests:
                 one.done.set()
                 return
 
-    def pending(self, names: Container[str]) -> bool:
-        """Return True if a request with one of these names is pending, and not abandoned."""
+    def pending(self, names: Container[str], first: Container[str] = ()) -> bool:
+        """Return True if a request with one of these names is pending, or the first one has a name in `first`.
+
+        Abandoned requests do not count.
+        """
         with self._some:
-            return any(request.what in names and not request.taken for request in self._waiting)
+            waiting = [request.what for request in self._waiting if not request.taken]
+        return any(what in names for what in waiting) or any(what in first for what in waiting[:1])
 
     def get(self, timeout: float = 0.0) -> Request | None:
         """Return the first request, waiting up to `timeout` s; None if there is none."""

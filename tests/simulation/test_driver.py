@@ -226,6 +226,18 @@ def test_a_stop_ends_steps_also_behind_other_requests():
     assert times["wrench"] == times["emergency_stop"] == pytest.approx(0.016)
 
 
+def test_requests_behind_a_waiting_one_keep_the_order():
+    """Only a stop overtakes: steps, then a push, then a pause are what they say."""
+    steps, push, pause = Request("step", {"n": 50}), Request("push", {"force": [9.0, 0.0, 0.0]}), Request("pause")
+    driver = Client(paused=[nothing] * 8 + [resume])
+    driver.most = 8
+    for request in (steps, push, pause):
+        driver.requests.put(request, replaceable=False)
+    run = driver.run()
+    assert [each.answer for each in (steps, push, pause)] == [""] * 3
+    assert run.events[0].time == pytest.approx(0.05)
+
+
 def test_a_stop_does_not_wait_for_slices_that_are_late():
     """Although other requests may take a small share of the time only."""
     pushes = [Request("push", {"force": [1.0, 0.0, 0.0]}) for _ in range(20)]
