@@ -297,7 +297,7 @@ class Driver:
     def request_step(self, n: int = 1) -> None:
         """Simulate some control steps and pause.
 
-        Many steps are simulated in portions, in `advance`. Other requests wait, except `INTERRUPTING` and `URGENT` ones.
+        Many steps are simulated in portions by `advance`. Other requests wait, except `INTERRUPTING` and `URGENT` ones.
         """
         if type(n) is not int or not 1 <= n <= MOST_STEPS:
             raise CdprError(f"step: expected a whole number from 1 to {MOST_STEPS}, got {n!r}")
