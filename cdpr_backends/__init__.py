@@ -35,7 +35,9 @@ class ReferenceOptions(PluginOptions):
 
 def _legs(cables: str) -> dict[str, Any]:
     """Return the properties of rigid legs, whose mass and joints change the plant, so that its order is unknown."""
-    return {"cables": "ups", "exits": (), "order": 0, "scheme": "constrained"} if cables == "ups" else {}
+    if cables != "ups":
+        return {}
+    return {"cables": "ups", "exits": (), "order": 0, "scheme": "constrained", "works": {"rigid legs": ""}}
 
 
 class LegOptions(PluginOptions):

@@ -74,6 +74,7 @@ class Needs:
     Attributes:
         plant_fmu, controller_fmu, bare_controller_fmu, native, ros2, mjcf, sdf, urdf, rollout, threads, live, compare:
             support by each of `USES`.
+        works: sources of work on the platform that it adds, each with the column of its work, J; "" if it is unknown.
         backend: required entries of list properties of the backend, such as {"exits": "pulley"}.
         controller: the same for the controller.
 
@@ -95,6 +96,7 @@ class Needs:
     threads: Support = YES
     live: Support = YES
     compare: Support = YES
+    works: Mapping[str, str] = field(default_factory=dict, hash=False)
     backend: Mapping[str, str] = field(default_factory=dict, hash=False)
     controller: Mapping[str, str] = field(default_factory=dict, hash=False)
 

@@ -32,6 +32,7 @@ from cdpr.simulation.controller_calls import period_of
 from cdpr.simulation.loop_parts import loop_parts
 from cdpr.simulation.parts import Parts
 from cdpr.simulation.settings import Settings
+from cdpr.simulation.works import works_of
 from cdpr.trajectory import Trajectory
 
 T = TypeVar("T")
@@ -147,6 +148,8 @@ class _Checks:
         chosen = chosen_plugins(scenario)
         usable = {role: self._try(path, partial(self._usable, chosen[role])) for role, path in _TYPES.items()}
         columns = self._try((), lambda: columns_of(scenario))
+        if columns is not None:
+            self._try((), lambda: works_of(scenario))
         self._try(("simulation", "physics_step"), lambda: check_cables(scenario, chosen["backend"]))
         for i, event in enumerate(scenario.events):
             if event.changes_mass:
