@@ -268,8 +268,7 @@ def _print(run: Run, least: Mapping[str, Mapping[str, Any]], touch: str | None) 
     if touch:
         click.echo(f"  {'WARNING':<20}{touch}")
     for event in run.events:
-        until = f" to {event.until:.6g}" if event.until is not None else ""
-        click.echo(f"  at {event.time:.6g}{until} s: {event.text}")
+        click.echo(f"  at {event.when} s: {event.text}")
     if run.unused:
         click.echo(f"  not used by this run: {', '.join(run.unused)}")
     click.echo(run.folder)

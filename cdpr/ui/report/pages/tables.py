@@ -157,7 +157,7 @@ def events(run: Run) -> str:
         return out + "<p>None.</p>"
     rows = []
     for i, event in enumerate(in_order(run)[:MOST_EVENTS], 1):
-        until = "" if event.until is None else f" to {event.until:.6g}"
+        until = event.when.removeprefix(f"{event.time:.6g}")
         at = f'<button type="button" class="at" data-time="{event.time:.9g}">{event.time:.6g}</button>'
         rows.append((str(i), f"{at}{until}", escape(event.kind), escape(event.text)))
     out += table(rows, ("No.", "Time (s)", "Kind", "What happened"), numeric=False)
