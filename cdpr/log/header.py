@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from cdpr.mechanics.reach import Bounds
     from cdpr.scene import Subject
 
+BODIES = "bodies taken and released"  # source of the energy in `load_energy`
+
 
 @dataclass(frozen=True)
 class Header:
@@ -83,7 +85,7 @@ class Header:
     @property
     def further_works(self) -> dict[str, str]:
         """Columns of known works by their sources, besides `cable_work` and `external_work`."""
-        loads = {"bodies taken and released": "load_energy"} if self.loaded else {}
+        loads = {BODIES: "load_energy"} if self.loaded else {}
         return loads | {source: column for source, column in self.works if column}
 
     @property

@@ -72,7 +72,7 @@ class LoopBodies(AttachedBodies):
     def reset(self) -> None:
         """Remove all bodies, and reset their energy."""
         super().reset()
-        if self._spans:
+        if self._spans and self._present.layout.has("loaded"):
             self._present.view("load_energy")[:] = 0.0
 
     def _change(self, before: Sequence[Attachment], bodies: Sequence[Attachment]) -> None:

@@ -7,13 +7,17 @@ known works. It is not judged if a work is unknown.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 from cdpr.base.errors import PluginError
+from cdpr.log.header import BODIES, Header
 from cdpr.scenario import Scenario
+from cdpr.scenario.events import ScenarioEvent, mass_changes
 from cdpr.scenario.needs import in_use
 from cdpr.simulation.columns import chosen_plugins, columns_of
 from cdpr.simulation.loop_parts import loop_parts
+
+UNRECORDED = (BODIES, "")
 
 
 def works_of(scenario: Scenario) -> tuple[tuple[str, str], ...]:
@@ -37,6 +41,12 @@ def works_of(scenario: Scenario) -> tuple[tuple[str, str], ...]:
                 )
             found[source] = name
     return tuple(found.items())
+
+
+def with_live_events(header: Header, events: Sequence[ScenarioEvent]) -> tuple[tuple[str, str], ...]:
+    """Return the works of a run with these events: the energy of bodies is unknown in a run without its column."""
+    works = tuple(row for row in header.works if row != UNRECORDED)
+    return (*works, UNRECORDED) if mass_changes(events) and not header.loaded else works
 
 
 def _declared(scenario: Scenario) -> Iterator[tuple[str, object]]:
