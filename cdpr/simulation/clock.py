@@ -5,6 +5,10 @@ from __future__ import annotations
 import math
 from threading import Condition
 from time import monotonic
+from typing import Any
+
+from cdpr.base.errors import CdprError
+from cdpr.base.problems import shown
 
 SPEEDS = 0.001, 1e6  # multiples of real time
 LATE = 0.5  # s of delay after which the simulation no longer tries to catch up
@@ -85,3 +89,16 @@ class Pacing:
         if now - then >= 1.0:
             self._factor, self._then = (time - before) / (now - then), (now, time)
         return None if self._factor is None else round(self._factor, 4)
+
+
+def checked_speed(speed: Any) -> float | None:
+    """Return a speed.
+
+    Raises:
+        CdprError: if it is not a number within `SPEEDS`.
+    """
+    least, most = SPEEDS
+    number = isinstance(speed, int | float) and not isinstance(speed, bool)
+    if speed is not None and not (number and least <= speed <= most):
+        raise CdprError(f"speed: expected a number from {least:g} to {most:g}, got {shown(speed)}")
+    return None if speed is None else float(speed)

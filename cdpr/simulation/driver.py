@@ -20,7 +20,7 @@ from cdpr.model.arrays import checked
 from cdpr.scenario.events.loads import Wrench
 from cdpr.scenario.events.payload import Payload
 from cdpr.simulation.arguments import call
-from cdpr.simulation.clock import SPEEDS, Pacing
+from cdpr.simulation.clock import Pacing, checked_speed
 from cdpr.simulation.requests import Level, Request, Requests
 from cdpr.simulation.session import acting_span
 from cdpr.simulation.simulation import Simulation
@@ -395,16 +395,3 @@ class Driver:
 def unknown(what: str) -> CdprError:
     """Return the error of a request with an unknown name."""
     return CdprError(f"'{what[:40]}' is not an allowed request")
-
-
-def checked_speed(speed: Any) -> float | None:
-    """Return a speed.
-
-    Raises:
-        CdprError: if it is not a number within `SPEEDS`.
-    """
-    least, most = SPEEDS
-    number = isinstance(speed, int | float) and not isinstance(speed, bool)
-    if speed is not None and not (number and least <= speed <= most):
-        raise CdprError(f"speed: expected a number from {least:g} to {most:g}, got {shown(speed)}")
-    return None if speed is None else float(speed)
