@@ -18,6 +18,14 @@ OUR_CABLES = {"cable_models": tuple(MODELS), "exits": ALL_EXITS}  # tendons and 
 # Scheme of MuJoCo, Bullet and DART. The reference also has it, for comparisons with each of them.
 EULER = "semi_implicit_euler"
 
+# Ranges of the platform, as properties of the engines: smallest mass, kg, and principal moment, kg m^2; smallest radius
+# of gyration, m. MuJoCo's compiler rejects smaller masses and moments (mjMINVAL). Bullet sets the inverse of smaller
+# ones and of smaller joint inertias to 0, so that nothing moves. The rate errors of MuJoCo's hinges, and of DART for a
+# mass off the joint, are below 1e-6 from this radius on.
+MUJOCO_RANGE = {"smallest": 1e-15, "slimmest": 1e-5}
+BULLET_RANGE = {"smallest": 2.0**-52}
+DART_RANGE = {"slimmest": 1e-5}
+
 CABLES = "cdpr's own cable kernel (ideal), or rigid legs on universal and ball joints (ups)"
 
 
@@ -35,7 +43,9 @@ class ReferenceOptions(PluginOptions):
 
 def _legs(cables: str) -> dict[str, Any]:
     """Return the properties of rigid legs, whose mass and joints change the plant, so that its order is unknown."""
-    return {"cables": "ups", "exits": (), "order": 0, "scheme": "constrained"} if cables == "ups" else {}
+    if cables != "ups":
+        return {}
+    return {"cables": "ups", "exits": (), "order": 0, "scheme": "constrained", "works": {"rigid legs": ""}}
 
 
 class LegOptions(PluginOptions):
@@ -186,6 +196,7 @@ def cdpr_backends() -> list[PluginInfo]:
                 "snapshot": True,
                 "load": True,
                 **OUR_CABLES,
+                **MUJOCO_RANGE,
                 "scheme": EULER,
             },
             options=MujocoOptions,
@@ -201,6 +212,7 @@ def cdpr_backends() -> list[PluginInfo]:
                 "snapshot": True,
                 "load": True,
                 **OUR_CABLES,
+                **BULLET_RANGE,
                 "scheme": EULER,
             },
             options=BulletOptions,
@@ -216,6 +228,7 @@ def cdpr_backends() -> list[PluginInfo]:
                 "snapshot": True,
                 "load": True,
                 **OUR_CABLES,
+                **DART_RANGE,
                 "scheme": EULER,
             },
             options=DartOptions,

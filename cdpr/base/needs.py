@@ -67,6 +67,10 @@ USES: Mapping[str, str] = MappingProxyType(
 )
 
 
+# Meaning of properties that are True or False, for messages.
+MEANINGS: Mapping[str, str] = MappingProxyType({"load": "changes of the platform's mass during a run (load)"})
+
+
 @dataclass(frozen=True)
 class Needs:
     """Needs of a section or part: its support by each use, and the required features of plugins.
@@ -74,7 +78,8 @@ class Needs:
     Attributes:
         plant_fmu, controller_fmu, bare_controller_fmu, native, ros2, mjcf, sdf, urdf, rollout, threads, live, compare:
             support by each of `USES`.
-        backend: required entries of list properties of the backend, such as {"exits": "pulley"}.
+        works: sources of work on the platform that it adds, each with the column of its work, J; "" if it is unknown.
+        backend: required properties of the backend: an entry of a list, such as {"exits": "pulley"}, or True.
         controller: the same for the controller.
 
     Example:
@@ -95,8 +100,9 @@ class Needs:
     threads: Support = YES
     live: Support = YES
     compare: Support = YES
-    backend: Mapping[str, str] = field(default_factory=dict, hash=False)
-    controller: Mapping[str, str] = field(default_factory=dict, hash=False)
+    works: Mapping[str, str] = field(default_factory=dict, hash=False)
+    backend: Mapping[str, str | bool] = field(default_factory=dict, hash=False)
+    controller: Mapping[str, str | bool] = field(default_factory=dict, hash=False)
 
     def support(self, use: str) -> Support:
         """Return the support by one of `USES`."""
@@ -121,12 +127,12 @@ def of_motion(**others: Support) -> Needs:
     return of_control(**{"controller_fmu": UNCONCERNED, "bare_controller_fmu": UNCONCERNED, **others})
 
 
-def of_event(**others: Support) -> Needs:
+def of_event(*, backend: Mapping[str, str | bool] | None = None, **others: Support) -> Needs:
     """Return the needs of an event: exports omit it, except packages that contain the scenario."""
     apart = left_out("not exported")
     exports = "plant_fmu", "controller_fmu", "bare_controller_fmu", "mjcf", "sdf", "urdf"
     native = left_out("only their effect on the desired motion is exported")
-    return _but({**dict.fromkeys(exports, apart), "native": native, **others})
+    return _but({**dict.fromkeys(exports, apart), "native": native, "backend": backend or {}, **others})
 
 
 def of_winch() -> Needs:

@@ -14,3 +14,9 @@ class Event:
     text: str
     until: float | None = None  # s, end of an interval
     cable: str | None = None  # affected cable
+
+    @property
+    def when(self) -> str:
+        """Time or interval, s, as text; one time if both ends are equal."""
+        begin, end = (f"{time:.6g}" for time in (self.time, self.time if self.until is None else self.until))
+        return begin if begin == end else f"{begin} to {end}"

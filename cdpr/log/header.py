@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from cdpr.mechanics.reach import Bounds
     from cdpr.scene import Subject
 
+BODIES = "bodies taken and released"  # source of the energy in `load_energy`
+
 
 @dataclass(frozen=True)
 class Header:
@@ -55,6 +57,7 @@ class Header:
     tool: str = ""  # tool guided by the desired motion; "" for the platform's origin
     believed: str = ""  # differences of the nominal model of controller and solver, in one line
     limit_changes: LimitChanges = ()  # changes of tension limits by events
+    works: tuple[tuple[str, str], ...] = ()  # further sources of work, each with its column; "" if it is unknown
 
     def __repr__(self) -> str:
         return printable(f"<Header of {self.scenario} on {self.backend}: {len(self.cables)} cables, seed {self.seed}>")
@@ -78,6 +81,17 @@ class Header:
     def loaded(self) -> bool:
         """True if events may change the mass of the platform."""
         return self.layout.has("loaded")
+
+    @property
+    def further_works(self) -> dict[str, str]:
+        """Columns of known works by their sources, besides `cable_work` and `external_work`."""
+        loads = {BODIES: "load_energy"} if self.loaded else {}
+        return loads | {source: column for source, column in self.works if column}
+
+    @property
+    def unknown_works(self) -> list[str]:
+        """Sources of unknown work."""
+        return [source for source, column in self.works if not column]
 
     @property
     def true_tension(self) -> str:
@@ -115,7 +129,7 @@ class Header:
         """Return the header of a dictionary that was stored as JSON."""
         tuples = {key: tuple(data[key]) for key in ("gravity", "cables", "tension_min", "tension_max", "controlled")}
         tables: dict[str, Any] = {
-            key: data[key] for key in ("anchors", "bounds", "broken", "frame", "path") if key in data
+            key: data[key] for key in ("anchors", "bounds", "broken", "frame", "path", "works") if key in data
         }
         tables = {key: tuple(tuple(row) for row in rows) for key, rows in tables.items()}
         if "limit_changes" in data:
@@ -143,4 +157,5 @@ NEWER: dict[str, object] = {
     "tool": "",
     "believed": "",
     "limit_changes": (),
+    "works": (),
 }

@@ -211,17 +211,17 @@ class Run(Frozen):
 
     @property
     def energy_residual(self) -> Array:
-        """Energy gained since the first sample that is not explained by work, (K,), J.
+        """Energy gained since the first sample that is not explained by known works, (K,), J.
 
         It is zero up to round-off for exact integration with massless cables; otherwise it decreases with the step at
-        the order of the backend.
+        the order of the backend. It contains the work of sources of unknown work, `header.unknown_works`.
         """
         stored = self.kinetic + self.potential
         first = self._at_first("kinetic") + self._at_first("potential")
         gained = stored - first - self.cable_work - self.external_work
-        if not self.header.loaded:
-            return gained
-        return gained - (self.load_energy - self._at_first("load_energy"))
+        for name in self.header.further_works.values():
+            gained = gained - (self[name] - self._at_first(name))
+        return gained
 
     def summary(self) -> dict[str, Any]:
         """Return the figures that `cdpr run` prints, as plain numbers."""

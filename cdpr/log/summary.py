@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from cdpr.log.header import Header
 from cdpr.log.limit_violations import beyond, tables
 from cdpr.log.run import Run
-from cdpr.log.singular import Singular
+from cdpr.log.singular import PASSED, Singular
 from cdpr.log.slack import Slack, slack
 from cdpr.mechanics.reach import Reach
 from cdpr.model.robot import Array
@@ -28,6 +28,8 @@ BALANCED = 0.01
 # Round-off of the energy at rest, as a share of the work of the largest tension along the characteristic length: about
 # 2e-6 J for the example robots, scaled with size and force.
 AT_REST = 1e-8
+
+UNKNOWN = "unknown_works"  # figure with the names of the sources of unknown work
 
 PIECE = 4096  # rows per batch, large enough to make numpy's call overhead negligible
 SUMMED = 4096  # samples per block of summed squares
@@ -51,6 +53,8 @@ def summarise(run: Run) -> dict[str, Any]:
       a nominal model they include commands outside the true limits, and with non-ideal cables true tensions outside
       them.
     - `slack_samples` are samples with a slack cable, `slack_intervals` the intervals by cable.
+    - `energy_J` contains the work of each source, named by its column. `balanced` is None if the work of a source is
+      unknown; `unknown_works` then names these sources.
     - `through_anchor_s`, `through_axis_s` and the sentence `passed` exist if a cable passes its anchor or swivel axis:
       its force reverses within a step, and energy is not balanced.
     - `clearance_min_m`, if all cables have diameters, is the smallest clearance, with its time and pair.
@@ -117,7 +121,7 @@ class Accumulator:
     def __init__(self, header: Header, samples: int, closest: Closest | None = None) -> None:
         self._header = header
         # columns of energy that comes from outside
-        self._sources = ("cable_work", "external_work", *(("load_energy",) if header.loaded else ()))
+        self._sources = ("cable_work", "external_work", *header.further_works.values())
         self._status = np.empty(samples, np.int8)
         self._squares = np.empty((2, 0))  # squared norms of position and orientation error in the current block
         self._sums: list[Array] = []  # (2,) of each complete block
@@ -255,12 +259,13 @@ class Accumulator:
             rms = float(np.sqrt(np.sum([*(sums[i] for sums in self._sums), last]) / self.count))
         return {"max": self._high[f"error {i}"], "rms": rms, "final": self._final[f"error {i}"]}
 
-    def _energy(self) -> dict[str, float | bool]:
+    def _energy(self) -> dict[str, Any]:
         """Return the figures of the energy balance.
 
         The energy turned over is the largest of kinetic energy, change of potential energy and works at any time.
         Residuals below AT_REST count as balanced.
         """
+        unknown = self._header.unknown_works
         turned_over, residual = self._high["turned over"], self._high["unexplained"]
         rest = AT_REST * self._high.get("tension", 0.0) * self._header.characteristic_length
         return {
@@ -268,5 +273,13 @@ class Accumulator:
             **{name: self._final[name] for name in self._sources},
             "turned_over": turned_over,
             "residual_max": residual,
-            "balanced": residual <= max(BALANCED * turned_over, rest) and not self.singular.found,
+            "balanced": None if unknown else residual <= max(BALANCED * turned_over, rest) and not self.singular.found,
+            **({UNKNOWN: unknown} if unknown else {}),
         }
+
+
+def not_judged(figures: dict[str, Any]) -> str:
+    """Return why the energy balance of a summary is not judged; "" if it is."""
+    if unknown := figures["energy_J"].get(UNKNOWN):
+        return f"the work of {' and of '.join(unknown)} is unknown"
+    return str(figures.get(PASSED, ""))

@@ -10,7 +10,7 @@ from pydantic.fields import FieldInfo
 
 from cdpr.base.fields import Kind, Section
 from cdpr.base.kinds import Kinds
-from cdpr.base.needs import UNCONCERNED, UNDECLARED, USES, Needs
+from cdpr.base.needs import MEANINGS, UNCONCERNED, UNDECLARED, USES, Needs
 from cdpr.base.problems import Path, dotted
 from cdpr.cables import MODELS
 from cdpr.cables.chain import Chain
@@ -59,10 +59,13 @@ def lacking(scenario: Content, role: str, properties: Mapping[str, object]) -> I
         Path of the section, and the missing feature, such as "features: contact".
     """
     for path, needs, _ in in_use(scenario):
-        required: Mapping[str, str] = getattr(needs, role)
+        required: Mapping[str, str | bool] = getattr(needs, role)
         for name, entry in required.items():
             declared = properties.get(name, ())
-            if not isinstance(declared, tuple | list) or entry not in declared:
+            if isinstance(entry, bool):
+                if declared is not entry:
+                    yield path, MEANINGS.get(name, name)
+            elif not isinstance(declared, tuple | list) or entry not in declared:
                 yield path, f"{name}: {entry}"
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from itertools import chain
 
 import numpy as np
@@ -38,8 +39,8 @@ class AttachedBodies(ABC):
         """Attach the bodies of sample k, and remove others."""
         bodies = tuple(span.body for span in self._spans if span.first <= k < span.end)
         if bodies != self._bodies:
-            before, self._bodies = self._bodies, bodies
-            self._change(before, bodies)
+            self._change(self._bodies, bodies)
+            self._bodies = bodies
 
     def reset(self) -> None:
         """Remove all bodies, before the first sample."""
@@ -47,7 +48,7 @@ class AttachedBodies(ABC):
 
     @abstractmethod
     def _change(self, before: Sequence[Attachment], bodies: Sequence[Attachment]) -> None:
-        """Replace the bodies."""
+        """Replace the bodies; an error has no effect."""
 
 
 class LoopBodies(AttachedBodies):
@@ -71,20 +72,33 @@ class LoopBodies(AttachedBodies):
     def reset(self) -> None:
         """Remove all bodies, and reset their energy."""
         super().reset()
-        if self._spans:
+        if self._spans and self._present.layout.has("loaded"):
             self._present.view("load_energy")[:] = 0.0
 
     def _change(self, before: Sequence[Attachment], bodies: Sequence[Attachment]) -> None:
         parts, present = self._parts, self._present
         try:
-            parts.backend.load(with_attachments(self._plant, bodies))
-        except CdprError as error:  # names keys of the robot
-            masses = ", ".join(f"{body.mass:g}" for body in bodies) or "no"
-            raise type(error)(f"the platform with bodies of {masses} kg that events attach: {error}") from None
+            self._load(bodies)
+            self._inform(before, bodies)
+        except CdprError:
+            with suppress(CdprError):
+                self._load(before)
+            raise
         self._rebind()
         present.renew(with_attachments(parts.robot, bodies))
         present.weigh()
-        known = [body for body in bodies if body.known]
+
+    def _load(self, bodies: Sequence[Attachment]) -> None:
+        """Attach the bodies to the plant."""
+        try:
+            self._parts.backend.load(with_attachments(self._plant, bodies))
+        except CdprError as error:  # names keys of the robot
+            masses = ", ".join(f"{body.mass:g}" for body in bodies) or "no"
+            raise type(error)(f"the platform with bodies of {masses} kg that events attach: {error}") from None
+
+    def _inform(self, before: Sequence[Attachment], bodies: Sequence[Attachment]) -> None:
+        """Inform the controller of changes of known bodies."""
+        parts, known = self._parts, [body for body in bodies if body.known]
         if known == [body for body in before if body.known]:
             return
         if not parts.controller.renew(with_attachments(parts.perceived_robot, known)):

@@ -6,7 +6,7 @@ do the same checks, so that `cdpr validate` and a run reject the same scenarios.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import partial
@@ -25,13 +25,14 @@ from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.controller import OUTPUTS, Output
 from cdpr.plugins.registry import Registered, Role
 from cdpr.scenario import Scenario
-from cdpr.scenario.events import ScenarioEvent
 from cdpr.scenario.needs import lacking
+from cdpr.simulation.attached_checks import check_known_mass, out_of_range
 from cdpr.simulation.columns import chosen_plugins, columns_of
 from cdpr.simulation.controller_calls import period_of
 from cdpr.simulation.loop_parts import loop_parts
 from cdpr.simulation.parts import Parts
 from cdpr.simulation.settings import Settings
+from cdpr.simulation.works import works_of
 from cdpr.trajectory import Trajectory
 
 T = TypeVar("T")
@@ -148,10 +149,10 @@ class _Checks:
         chosen = chosen_plugins(scenario)
         usable = {role: self._try(path, partial(self._usable, chosen[role])) for role, path in _TYPES.items()}
         columns = self._try((), lambda: columns_of(scenario))
+        if columns is not None:
+            self._try((), lambda: works_of(scenario))
         self._try(("simulation", "physics_step"), lambda: check_cables(scenario, chosen["backend"]))
-        for i, event in enumerate(scenario.events):
-            if event.changes_mass:
-                self._try(("events", i), partial(check_mass_change, event, chosen["backend"], scenario))
+        self.faults += [Fault(path, error) for path, error in out_of_range(scenario, chosen["backend"])]
         for role in ("backend", "controller"):
             self._lacking(role, chosen[role])
         if scenario.actuators is not None:
@@ -218,33 +219,6 @@ _TYPES: dict[Role, Path] = {
     "controller": ("controller", "type"),
     "backend": ("simulation", "backend"),
 }
-
-
-def check_mass_change(event: ScenarioEvent, backend: Registered, scenario: Scenario) -> None:
-    """Reject an event that changes the mass of the platform if the backend does not support it."""
-    declared = backend.properties(scenario.backend_options(backend.info.name))  # type: ignore[arg-type]
-    if not declared.get("load"):
-        raise PluginError(
-            f"event '{event.type}' at {event.time:g} s: backend '{backend.info.name}', with its options, cannot change "
-            "the mass of the platform during a run: choose another backend, or remove the event"
-        )
-
-
-def check_known_mass(events: Sequence[ScenarioEvent], controller: Controller, solver: Registered, of: Scenario) -> None:
-    """Reject an event with a mass that is known to a controller or a solver that cannot take it during a run."""
-    for event in events:
-        span = event.attachment(of.simulation.control_step)
-        if span is None or not span.body.known:
-            continue
-        known = isinstance(controller, Controller) and type(controller).renew is not Controller.renew
-        plugin = f"controller '{of.controller.type}'"
-        if known and not solver.properties(of.solver_options).get("platform_independent"):  # type: ignore[arg-type]
-            known, plugin = False, f"solver '{of.solver.type}'"
-        if not known:
-            raise PluginError(
-                f"event '{event.type}' at {event.time:g} s: {plugin} cannot take a known mass during a run: set "
-                "known: false, or choose another"
-            )
 
 
 def output_of(entry: Registered, controller: Controller) -> Output:

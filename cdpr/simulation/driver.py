@@ -18,9 +18,11 @@ from cdpr.log.recorder import BLOCK
 from cdpr.log.run import Run
 from cdpr.model.arrays import checked
 from cdpr.scenario.events.loads import Wrench
+from cdpr.scenario.events.payload import Payload
 from cdpr.simulation.arguments import call
 from cdpr.simulation.clock import Pacing, checked_speed
-from cdpr.simulation.requests import URGENT, Level, Request, Requests
+from cdpr.simulation.requests import URGENT, CommandWarning, Level, Request, Requests, unknown
+from cdpr.simulation.session import acting_span
 from cdpr.simulation.simulation import Simulation
 
 WAITS = 0.2  # s, longest time between two calls of `progress` while it waits or is paused
@@ -32,12 +34,6 @@ NOT_SIMULATED = "not simulated: correct the errors and apply, or reset"
 INTERRUPTING = ("pause", "run", "reset", "load")  # requests that also end the remaining steps of a request, if next
 INTERRUPTED = "step: interrupted, {} steps remain"
 FORWARDED = ("cut", "jam")  # requests that are methods of the simulation
-
-
-class CommandWarning(str):
-    """Warning: the request was executed, but its result is probably not intended."""
-
-    __slots__ = ()
 
 
 class Driver:
@@ -57,7 +53,7 @@ class Driver:
         clock: clock of the queue.
         pacing: simulated time that is due.
         paused: True if no time becomes due.
-        pushes: wrenches added by requests, by number.
+        pushes: wrenches and attached bodies added by requests, by number.
     """
 
     def __init__(
@@ -84,7 +80,7 @@ class Driver:
         """Drive another simulation, or none."""
         self.end_steps()
         self._simulation = simulation
-        self.pushes: dict[int, Wrench] = {}
+        self.pushes: dict[int, Wrench | Payload] = {}
         self._wrench: Wrench | None = None
         self._tension: list[float] | None = None
         self._stopped = self._target_warned = False  # after a requested stop; if the last target was doubtful
@@ -279,12 +275,12 @@ class Driver:
         if self.simulation.done:
             raise CdprError("the run is over: reset it to run it again")
 
-    def acting(self) -> Iterator[tuple[int, Wrench]]:
-        """Yield the pushes that can be released, with their numbers."""
+    def acting(self) -> Iterator[tuple[int, Wrench | Payload]]:
+        """Yield the pushes and bodies that can be released, with their numbers."""
         simulation = self.simulation
         for key, push in self.pushes.items():
-            profile = push.wrench_profile(simulation.scenario.simulation.control_step)
-            if profile is not None and profile.end > simulation.samples and not simulation.done:
+            span = acting_span(push, simulation.scenario.simulation.control_step)
+            if span is not None and span.end > simulation.samples and not simulation.done:
                 yield key, push
 
     def request_pause(self, paused: bool = True) -> None:
@@ -328,11 +324,23 @@ class Driver:
         """Add a wrench, N and N m."""
         self.pushes[next(self._numbers)] = self.simulation.push(force, moment, duration=duration)
 
+    def request_attach(
+        self,
+        mass: float,
+        center: Any = (0.0,) * 3,
+        inertia: Any = (0.0,) * 6,
+        duration: float | None = None,
+        known: bool = False,
+    ) -> None:
+        """Attach a rigid body to the platform, as `Simulation.attach`."""
+        body = self.simulation.attach(mass, center, inertia, duration=duration, known=known)
+        self.pushes[next(self._numbers)] = body
+
     def request_release(self, id: int) -> None:
-        """End a push, given by its number."""
+        """End a push or detach a body, given by its number."""
         push = next((push for key, push in self.acting() if key == id), None)
         if push is None:
-            raise CdprError("release: that push has ended")
+            raise CdprError("release: that push has ended, or that body is released")
         self.simulation.release(push)
         del self.pushes[id]
 
@@ -392,8 +400,3 @@ class Driver:
         simulation.reset()
         self.attach(simulation)
         self.changed(simulation.scenario.options().numbers())
-
-
-def unknown(what: str) -> CdprError:
-    """Return the error of a request with an unknown name."""
-    return CdprError(f"'{what[:40]}' is not an allowed request")

@@ -21,6 +21,7 @@ from cdpr.scenario.events import broken
 from cdpr.scenario.events.limit_changes import limit_changes
 from cdpr.scene.path import thinned
 from cdpr.simulation.columns import listed
+from cdpr.simulation.works import works_of
 from cdpr.trajectory import Trajectory
 
 # Libraries used by the arithmetic of every run.
@@ -73,6 +74,7 @@ def make_header(scenario: Scenario) -> Header:
         tools={name: tuple(point.tolist()) for name, point in robot.platform.tools.items()},
         tool=scenario.trajectory.tool or "",
         believed=scenario.nominal_differences,
+        works=works_of(scenario),
     )
 
 

@@ -20,8 +20,11 @@ from cdpr.scenario.events.faults import CableBreak, CableJam
 from cdpr.scenario.events.limits import TensionLimits
 from cdpr.scenario.events.loads import Wrench
 from cdpr.scenario.events.options import SetOption
+from cdpr.scenario.events.payload import Payload
 from cdpr.scenario.events.stop import EmergencyStop
 from cdpr.scenario.events.target import Target
+from cdpr.simulation.attached_checks import check_known_mass
+from cdpr.simulation.columns import chosen_plugins
 from cdpr.simulation.loop import Loop
 from cdpr.simulation.runner import Runner
 
@@ -92,8 +95,36 @@ class Interventions(ABC):
         keys = {"force": _vector(force, "push: force"), "moment": _vector(moment, "push: moment")}
         return self._do("push", Wrench, {**keys, "duration": duration})
 
-    def release(self, push: Wrench) -> None:
-        """End a wrench that `push` returned, now."""
+    def attach(
+        self,
+        mass: float,
+        center: ArrayLike = (0.0, 0.0, 0.0),
+        inertia: ArrayLike = (0.0,) * 6,
+        *,
+        duration: float | None = None,
+        known: bool = False,
+    ) -> Payload:
+        """Attach a rigid body to the platform from now on, like the event `payload`.
+
+        The energy balance of the run is not judged afterwards, unless the scenario itself contains such an event: only
+        then has the run the column `load_energy`.
+
+        Args:
+            mass: mass, kg.
+            center: (3,) its centre of mass from the platform's origin, m, platform axes.
+            inertia: (6,) ixx, iyy, izz, ixy, ixz, iyz about its centre of mass, kg m^2, platform axes.
+            duration: duration, s, at least a control step; by default until `release`.
+            known: True if controller and nominal robot take it into account.
+
+        Returns:
+            Handle for `release`.
+        """
+        keys = {"mass": mass, "center": _vector(center, "attach: center"), "duration": duration, "known": known}
+        tensor = checked(inertia, (6,), "attach: inertia", finite=True).tolist()
+        return self._do("attach", Payload, {**keys, "inertia": tensor})
+
+    def release(self, push: Wrench | Payload) -> None:
+        """End a wrench that `push` returned, or detach a body that `attach` returned at an earlier sample, now."""
         with self._exclusive("release"):
             self._ready()
             session, loop = self._runner.session, self._loop
@@ -185,6 +216,10 @@ class Interventions(ABC):
             failed: CdprError | None = None
             with self._kept():
                 try:
+                    scenario = session.scenario
+                    check_known_mass(
+                        (event,), self._loop.parts.controller, chosen_plugins(scenario)["solver"], scenario
+                    )
                     attempt.revise()
                     self._loop.join(event)
                 except CdprError as error:  # without any effect, as if a plugin rejected an option

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 from cdpr.base.columns import Column
@@ -52,6 +53,8 @@ class LoopPart:
         columns: columns that it adds to a row: those of a group in `cdpr.base.columns.GROUPS`, for the documentation.
         arrays: its memory besides the streams, live.
         writes: "seen" or "seen_cables" or both, if operations of `observed` write these arrays of `Surroundings`.
+        works: sources of work on the platform that it adds, each with its column of the work since the first sample, J;
+            "" if the work is unknown.
         streams: its random streams, which restart at a reset. Their names must be unique in the loop.
 
     Example:
@@ -76,6 +79,7 @@ class LoopPart:
     columns: tuple[Column, ...] = ()
     arrays: tuple[Array, ...] = ()
     writes: frozenset[str] = frozenset()
+    works: Mapping[str, str] = MappingProxyType({})
     streams: tuple[Stream, ...] = ()
 
     def connect(self, surroundings: Surroundings) -> None:

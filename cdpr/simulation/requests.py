@@ -64,6 +64,12 @@ class Request:
             self.reply("error", reason)
 
 
+class CommandWarning(str):
+    """Warning: the request was executed, but its result is probably not intended."""
+
+    __slots__ = ()
+
+
 class Requests:
     """Queue of pending requests.
 
@@ -150,3 +156,8 @@ class Requests:
         for request in pending:
             if request.take():
                 request.refuse(reason)
+
+
+def unknown(what: str) -> CdprError:
+    """Return the error of a request with an unknown name."""
+    return CdprError(f"'{what[:40]}' is not an allowed request")

@@ -43,6 +43,7 @@ from cdpr.simulation.loop import Loop
 from cdpr.simulation.loop_part import LoopPart
 from cdpr.simulation.parts import Parts
 from cdpr.simulation.session import Session
+from cdpr.simulation.works import with_live_events
 
 if TYPE_CHECKING:
     from cdpr.mechanics.closest import Closest
@@ -112,7 +113,9 @@ class Runner:
         self.loop.revise(events, motion)
         self.parts = self.loop.parts
         limits = limit_changes(events, self.scenario.robot, step)
-        self.header = replace(self.header, broken=broken(events, self.header.cables, step), limit_changes=limits)
+        works = with_live_events(self.header, events)
+        lost = broken(events, self.header.cables, step)
+        self.header = replace(self.header, broken=lost, limit_changes=limits, works=works)
         self.recorder.amend(self.header, marks(events, step))
         if self.folder is not None:
             with suppress(OutputError):  # the end of the run reports a full disk

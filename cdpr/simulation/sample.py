@@ -90,11 +90,12 @@ class Sample:
         self._body.bounds[:] = acceleration_bounds(robot, self._body.gravity)
 
     def weigh(self) -> None:
-        """Write the energies of the present sample for the present mass properties, and add the gain to the column."""
+        """Write the energies of the present sample for the present mass properties; add the gain to its column."""
         energies = self.view("kinetic", "potential")
         before = float(energies.sum())
         energies[:] = energy(self._body.inertial, self._body.gravity, self.state)
-        self.view("load_energy")[0] += float(energies.sum()) - before
+        if self.layout.has("loaded"):  # not if only live events change the mass
+            self.view("load_energy")[0] += float(energies.sum()) - before
 
     def view(self, first: str, last: str | None = None) -> Array:
         """Return the columns from the field `first` to `last`, live."""

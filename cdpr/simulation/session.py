@@ -21,6 +21,7 @@ from cdpr.log.files import replace
 from cdpr.scenario import Scenario, load_scenario
 from cdpr.scenario.events import MAX_EVENTS, ScenarioEvent, first_sample
 from cdpr.scenario.events.commands import Span, overlay, written
+from cdpr.scenario.events.event import AttachmentSpan, WrenchProfile
 from cdpr.scenario.events.external_command import ExternalCommand
 from cdpr.scenario.events.stop import EmergencyStop
 from cdpr.simulation.record import Block, Record
@@ -110,19 +111,22 @@ class Session:
             raise CdprError(f"{title}: {'; '.join(texts)}")
 
     def released(self, event: ScenarioEvent, k: int) -> ScenarioEvent | None:
-        """Return a wrench that ends at sample k; None if it has not acted.
+        """Return a wrench or an attached body that ends at sample k; None if it has not acted.
 
         Raises:
             CdprError: if it cannot end then.
         """
         step = self.scenario.simulation.control_step
         known = isinstance(event, ScenarioEvent) and any(event is one for one in self.live)
-        swing = event.wrench_profile(step) if known else None
-        if swing is None:
-            raise CdprError("release: expected a value that `push` returned, not yet released in this branch")
-        if swing.end <= k:
-            raise CdprError(f"release: that wrench has ended at {swing.end * step:g} s")
-        if swing.first == k:
+        span = acting_span(event, step) if known else None
+        if span is None:
+            given = "a value that `push` or `attach` returned"
+            raise CdprError(f"release: expected {given}, not yet released in this branch")
+        if span.end <= k:
+            raise CdprError(f"release: that {event.type} has ended at {span.end * step:g} s")
+        if span.first == k:
+            if isinstance(span, AttachmentSpan):  # to attach and detach it rounds the state of a plant
+                raise CdprError(f"release: the {event.type} was attached at the present sample: take a step first")
             return None
         return event.model_copy(update={"duration": _tidy(k * step - event.time)})
 
@@ -188,6 +192,11 @@ class Session:
         for event in self.scenario.events:
             spans = overlay(spans, event.commands())
         return overlay(spans, since)
+
+
+def acting_span(event: ScenarioEvent, step: float) -> WrenchProfile | AttachmentSpan | None:
+    """Return the samples at which a wrench or an attached body of an event acts; None for other events."""
+    return event.wrench_profile(step) or event.attachment(step)
 
 
 @cache

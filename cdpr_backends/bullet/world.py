@@ -11,6 +11,7 @@ from cdpr.base.errors import PluginError
 from cdpr.base.redirect_output import discarded_output
 from cdpr.model.robot import Array
 from cdpr.plugins.inertia import Inertia, turned
+from cdpr_backends import BULLET_RANGE
 
 with discarded_output():  # it prints its build time
     import pybullet as pybullet  # as: re-exported for modules that must import it without output
@@ -19,8 +20,7 @@ BASE = -1
 UPRIGHT = (0.0, 0.0, 0.0, 1.0)  # Bullet's quaternions are x, y, z, w
 
 TITLE = "Bullet"
-# Bullet sets the inverse of smaller masses [kg], moments [kg m^2] and joint inertias to 0, so that nothing moves.
-SMALLEST = float(np.finfo(np.float64).eps)
+SMALLEST = BULLET_RANGE["smallest"]
 
 # Bullet clips speeds without a warning, by default at 100 m/s and rad/s. The run stops long before this limit.
 NO_CLIP = 1e12

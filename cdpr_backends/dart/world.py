@@ -11,9 +11,10 @@ import numpy as np
 from cdpr.model import rotations
 from cdpr.model.robot import Array
 from cdpr.plugins.inertia import Inertia
+from cdpr_backends import DART_RANGE
 
 TITLE = "DART"
-SLIMMEST = 1e-5  # [m], radius of gyration above which rate errors are below 1e-6, for a mass off the joint
+SLIMMEST = DART_RANGE["slimmest"]
 
 # Links between joints have no mass, but DART warns about values below some limit. The first sum rounds this value away.
 NO_MASS = 1e-100

@@ -16,6 +16,7 @@ from cdpr.native.bind import bind
 from cdpr.native.rotations import rotate
 from cdpr.plugins import Backend
 from cdpr.plugins.inertia import Inertia, turned
+from cdpr_backends import MUJOCO_RANGE
 from cdpr_backends.mujoco.direct import Direct, direct
 
 # By default, MuJoCo prints warnings about bad states and appends them to MUJOCO_LOG.TXT in the user's folder. The
@@ -34,8 +35,7 @@ INTEGRATION = mujoco.mjtState.mjSTATE_INTEGRATION
 PLATFORM = 1  # index among the bodies; 0 is the world
 
 TITLE = "MuJoCo"
-SMALLEST = float(mujoco.mjMINVAL)  # its compiler rejects smaller masses [kg] and moments [kg m^2]
-SLIMMEST = 1e-5  # [m], radius of gyration above which the rate errors of a hinge are below 1e-6
+SMALLEST, SLIMMEST = MUJOCO_RANGE["smallest"], MUJOCO_RANGE["slimmest"]
 
 
 class World:

@@ -142,3 +142,18 @@ def test_a_saved_session_repeats_what_was_done_to_the_bit(page, files):
     assert np.array_equal(seen.rows, again.rows, equal_nan=True)
     assert seen.position[-1, 0] == pytest.approx(0.05, abs=1e-3)  # not the 0.1 m of the scenario
     assert seen.external[:, 2].max() == 30.0
+
+
+def test_a_payload_is_attached_and_released(page):
+    page.get_by_label("Payload mass").fill("20")
+    page.get_by_label("Payload center, z").fill("-0.2")
+    page.get_by_label("known").check()
+    page.get_by_role("button", name="Run", exact=True).click()
+    page.wait_for_function("() => cdpr.frame.t > 0.2")
+    page.get_by_role("button", name="Attach").click()
+    page.get_by_role("button", name="Release 20 kg").wait_for()
+    told = page.evaluate("cdpr.data.events.at(-1).text")
+    assert told == "payload of 20 kg at [0, 0, -0.2] m, known to the controller"
+    page.wait_for_function("(t) => cdpr.frame.t > t + 0.05", arg=page.evaluate("cdpr.frame.t"))
+    page.get_by_role("button", name="Release 20 kg").click()
+    page.get_by_role("button", name="Release 20 kg").wait_for(state="detached")

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from log_cases import make_header, make_rows, same_bits
 
+from cdpr.log.event import Event
 from cdpr.log.run import Run
 from cdpr.log.summary import SUMMED, Accumulator
 
@@ -51,3 +52,9 @@ def test_nan_is_not_lost_between_pieces() -> None:
     for first in range(0, 30, 10):
         tally.add(rows[first : first + 10])
     assert np.isnan(tally.figures()["residual_max_N"])
+
+
+def test_an_event_whose_ends_are_equal_has_one_time():
+    assert Event(6.0, "payload", "").when == "6"
+    assert Event(6.0, "payload", "", until=6.0 + 1e-9).when == "6"
+    assert Event(0.5, "payload", "", until=6.0).when == "0.5 to 6"

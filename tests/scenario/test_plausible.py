@@ -189,3 +189,18 @@ def test_errors_keep_the_rows_of_what_is_wrong():
         load_scenario(CAROCA, overrides=wrong[1:2])
     assert [row.path for row in missing.value.rows] == [("simulation", "backend")]
     assert CdprError("anything").rows == ()
+
+
+def test_a_body_whose_centre_and_inertia_have_no_effect():
+    """The platform does not rotate: only the mass counts."""
+    body = {"type": "payload", "time": 1.0, "mass": 2.0, "center": [0, 0, -1]}
+    path = SCENARIOS / "point_mass.yaml"
+    (row,) = warned({"events": [body]}, path)
+    assert row.path == ("events", 0)
+    assert row.text == (
+        "the centre of mass of the body has no effect: the robot moves along x, y, z and does not rotate"
+    )
+    (row,) = warned({"events": [body | {"inertia": [1, 1, 1, 0, 0, 0]}]}, path)
+    assert row.text.startswith("the centre of mass and inertia of the body")
+    assert warned({"events": [body | {"center": [0, 0, 0]}]}, path) == ()
+    assert warned({"events": [body]}) == ()

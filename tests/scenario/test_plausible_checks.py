@@ -185,6 +185,8 @@ def test_every_check_has_a_case():
         "initial.orientation": {"rpy": [0, 90, 0]},
     }
     subjects.append(subject(load_scenario(SCENARIOS / "planar.yaml", overrides=planar)))
+    body = {"type": "payload", "time": 0.0, "mass": 1.0, "center": [0, 0, -1]}
+    subjects.append(subject(load_scenario(SCENARIOS / "point_mass.yaml", overrides={"events": [body]})))
     subjects.append(subject(load_scenario(SCENARIOS / "gcode.yaml", overrides={"trajectory.limits.velocity": 0.1})))
     anchor = [round(a - b, 9) for a, b in zip(ROBOT["cables"][0]["frame"], ROBOT["cables"][0]["platform"], strict=True)]
     passing = {

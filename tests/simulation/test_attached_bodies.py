@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import re
+from importlib import import_module
+
 import numpy as np
 import pytest
 
 import cdpr
 from cdpr.base.errors import CdprError, PluginError, ScenarioError
 from cdpr.mechanics.attachments import Attachment, with_attachments
+from cdpr.plugins.registry import registry
+from cdpr.simulation.build import faults
+from cdpr_backends import MUJOCO_RANGE
 from cdpr_controllers.computed_torque import ComputedTorque
 
 ENGINES = ["mujoco", "bullet", "dart"]
@@ -174,7 +180,7 @@ class Deaf(cdpr.plugins.Controller):
 
 
 def test_unsupported_plugins_are_named():
-    with pytest.raises(PluginError, match=r"event 'payload' at 0\.1 s: backend 'remote'.*cannot change the mass"):
+    with pytest.raises(PluginError, match=r"events\[0\]: backend 'remote'.* changes of the platform's mass"):
         simulate(**{"simulation.backend": "remote", "backend_options.remote.program": "x"})
     with pytest.raises(PluginError, match=r"event 'payload' at 0\.2 s: controller .* cannot take a known mass"):
         cdpr.simulate("caroca", controller=Deaf, overrides={"events": [SECOND], "simulation.duration": 0.4})
@@ -190,8 +196,58 @@ def test_a_controller_that_refuses_a_known_mass_ends_the_run(monkeypatch):
 
 def test_a_body_beyond_the_range_of_an_engine_is_named():
     heavy = {"type": "payload", "time": 0.1, "mass": 1e12}
-    with pytest.raises(CdprError, match=r"the platform with bodies of 1e\+12 kg that events attach: .* MuJoCo"):
-        simulate(events=(heavy,), **{"simulation.backend": "mujoco"})
+    given = {"events": [SECOND | {"time": 0.0}, heavy], "simulation.backend": "mujoco"}
+    (fault,) = faults(cdpr.load_scenario("caroca", overrides=given))
+    assert fault.path == ("events", 1)
+    text = r"event 'payload' at 0\.1 s: with the attached bodies, .* backend 'mujoco' rounds the motion .* too coarsely"
+    assert re.match(text, str(fault.error))
+    with pytest.raises(CdprError, match=text):
+        simulate(events=given["events"], **{"simulation.backend": "mujoco"})
+
+
+def test_bodies_that_do_not_meet_stay_in_the_range():
+    """The mass is at half of the range: both bodies together leave it."""
+    gyration = MUJOCO_RANGE["slimmest"]
+    body = {"type": "payload", "time": 0.1, "duration": 0.1, "mass": 0.6 * 6.5 / gyration**2}
+    given = {"events": [body, body | {"time": 0.2}], "simulation.backend": "mujoco"}
+    assert list(faults(cdpr.load_scenario("caroca", overrides=given))) == []
+    given["events"][1]["time"] = 0.15
+    (fault,) = faults(cdpr.load_scenario("caroca", overrides=given))
+    assert fault.path == ("events", 1)
+
+
+def test_a_platform_beyond_the_range_of_an_engine_is_named():
+    given = {"robot.platform.mass": 1e-16, "simulation.backend": "bullet"}
+    (fault,) = faults(cdpr.load_scenario("caroca", overrides=given))
+    assert fault.path == ("robot", "platform")
+    assert "backend 'bullet' does not move a body correctly" in str(fault.error)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_the_declared_range_is_that_of_the_engine(engine):
+    module = import_module(f"cdpr_backends.{engine}.body")
+    kinds = [each for each in vars(module).values() if hasattr(each, "slimmest")]
+    (kind,) = (each for each in kinds if each.__module__ == module.__name__)
+    declared = registry().get("backend", engine).info.properties
+    assert (kind.smallest, kind.slimmest) == tuple(declared.get(name, 0.0) for name in ("smallest", "slimmest"))
+    if engine == "mujoco":
+        assert kind.smallest == module.mujoco.mjMINVAL
+
+
+def test_an_engine_that_refuses_a_body_keeps_the_others(monkeypatch):
+    """A refusal in the middle of a run has no effect on plant and controller."""
+    given = {"simulation.duration": 0.4, "events": [SECOND | {"time": 0.0}]}
+    with cdpr.Simulation("caroca", overrides=given) as simulation:
+        simulation.step(10)
+        backend, bodies = simulation._loop.parts.backend, simulation._loop.schedule._attached
+        before = backend.robot.platform.mass
+        monkeypatch.setattr(ComputedTorque, "renew", lambda self, robot: False)
+        with pytest.raises(PluginError, match="cannot take the mass"):
+            bodies.update(-1)
+        assert backend.robot.platform.mass == before == MASS + SECOND["mass"]
+        monkeypatch.undo()
+        bodies.update(-1)
+        assert backend.robot.platform.mass == MASS
 
 
 @pytest.mark.parametrize(
@@ -244,5 +300,5 @@ def test_a_missing_method_raises():
     robot = cdpr.load_robot("caroca")
     with pytest.raises(CdprError, match="Still cannot change the mass"):
         Still(robot, np.zeros(3), 1e-3, None).load(robot)
-    with pytest.raises(PluginError, match=r"event 'payload' at 0\.1 s: backend .*cannot change the mass"):
+    with pytest.raises(PluginError, match=r"events\[0\]: backend .* changes of the platform's mass"):
         cdpr.simulate("caroca", backend=Still, overrides={"events": [TAKEN]})

@@ -368,7 +368,7 @@ def test_refusals_change_nothing():
         (("step", {"n": 0}), f"step: expected a whole number from 1 to {MOST_STEPS}, got 0"),
         (("speed", {"value": 0.0}), "speed: expected a number from 0.001 to 1e+06, got 0.0"),
         (("speed", {"value": True}), "speed: expected a number from 0.001 to 1e+06, got true"),
-        (("release", {"id": 7}), "release: that push has ended"),
+        (("release", {"id": 7}), "release: that push has ended, or that body is released"),
         (("release", {}), "release: missing a required argument: 'id'"),
         (("release", {"number": 7}), "release: unknown argument 'number'; expected id"),
         (("cut", {"cable": 99}), "cut: cable: cables are numbered from 1 to 8, got 99"),

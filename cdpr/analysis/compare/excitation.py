@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import yaml
@@ -19,12 +20,13 @@ def unexcited(run: Run) -> list[str]:
 
 
 def _found(run: Run) -> Iterator[str]:
-    robot = yaml.safe_load(run.header.scenario_yaml)["robot"]
+    scenario = yaml.safe_load(run.header.scenario_yaml)
+    robot = scenario["robot"]
     if any(name.startswith("r") for name in robot["dof"]):
         upright = np.tile([1.0, 0.0, 0.0, 0.0], (len(run.rows), 1))
         if float(np.linalg.norm(rotations.between(run.orientation, upright), axis=1).max()) < TURN:
             yield "a platform that is not upright (rotation)"
-        if not any(robot["platform"]["center_of_mass"]):
+        if not any(robot["platform"]["center_of_mass"]) and not _loaded(run, scenario.get("events") or ()):
             yield "a centre of mass off the origin"
     if not run.external.any():
         yield "an external wrench"
@@ -32,3 +34,8 @@ def _found(run: Run) -> Iterator[str]:
         yield "a tension at its limit"
     if not run.header.physics_step < 0.75 * run.header.control_step:
         yield "several physics steps in a control step (substeps)"
+
+
+def _loaded(run: Run, events: Sequence[Mapping[str, Any]]) -> bool:
+    """Return True if an event of the run attaches a body whose centre of mass is off the origin."""
+    return any(any(event.get("center", ())) and event["time"] < run.span[1] for event in events)

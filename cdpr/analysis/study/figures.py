@@ -45,18 +45,23 @@ FIGURES = (
     "energy_load_energy_J",  # if an event changes the mass of the platform
     "energy_turned_over_J",
     "energy_residual_max_J",
-    "energy_balanced",
+    "energy_balanced",  # empty if the work of a source is unknown
 )
 
 
 def figures(summary: Mapping[str, Any]) -> dict[str, bool | int | float | None]:
-    """Flatten a run's summary: {"tension_N": {"max": 1.0}} becomes {"tension_max_N": 1.0}; booleans have no unit."""
+    """Flatten a run's summary: {"tension_N": {"max": 1.0}} becomes {"tension_max_N": 1.0}.
+
+    Names of booleans and None have no unit. Lists are omitted.
+    """
     out: dict[str, bool | int | float | None] = {}
     for key, value in summary.items():
         if isinstance(value, Mapping):
             name, _, unit = key.rpartition("_")
             for part, number in value.items():
-                out[f"{name}_{part}" if isinstance(number, bool) else f"{name}_{part}_{unit}"] = number
+                if not isinstance(number, list):
+                    has_unit = isinstance(number, int | float) and not isinstance(number, bool)
+                    out[f"{name}_{part}_{unit}" if has_unit else f"{name}_{part}"] = number
         elif key not in BESIDES:
             out[key] = value
     return out

@@ -36,7 +36,7 @@ class Payload(ScenarioEvent):
     of the payload comes from outside. When it is released, it takes its momentum with it.
     """
 
-    needs: ClassVar[Needs] = of_event(plant_fmu=YES, controller_fmu=YES)
+    needs: ClassVar[Needs] = of_event(plant_fmu=YES, controller_fmu=YES, backend={"load": True})
     changes_mass: ClassVar[bool] = True
 
     type: Literal["payload"] = Field(

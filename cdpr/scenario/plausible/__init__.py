@@ -13,7 +13,14 @@ from collections.abc import Callable, Iterator
 from cdpr.base.problems import Path, Problem
 from cdpr.config.document import Document
 from cdpr.scenario.plausible.angles import whole_turns
-from cdpr.scenario.plausible.course import after_the_end, cut_short, gravity, of_the_motion, taken_by_the_guide
+from cdpr.scenario.plausible.course import (
+    after_the_end,
+    bodies_that_do_not_turn,
+    cut_short,
+    gravity,
+    of_the_motion,
+    taken_by_the_guide,
+)
 from cdpr.scenario.plausible.interference import touching
 from cdpr.scenario.plausible.passing import through_singular_places
 from cdpr.scenario.plausible.places import beyond_reach, far, no_length, one_sided, outside, too_weak
@@ -41,6 +48,7 @@ CHECKS: tuple[Callable[[Setup], Iterator[Finding]], ...] = (
     through_singular_places,
     cut_short,
     taken_by_the_guide,
+    bodies_that_do_not_turn,
 )
 
 

@@ -76,3 +76,19 @@ def taken_by_the_guide(setup: Setup) -> Iterator[Finding]:
         if acts and not set(acts) & set(dof):
             text = f"acts along {', '.join(acts)} only, where the guide holds the platform: it has no effect"
             yield ("events", i), f"{text}; the robot moves along {', '.join(dof)}"
+
+
+def bodies_that_do_not_turn(setup: Setup) -> Iterator[Finding]:
+    """Yield attached bodies whose centre or inertia has no effect because the platform does not rotate."""
+    dof = setup.robot.dof
+    if any(name.startswith("r") for name in dof):
+        return
+    for i, event in enumerate(setup.run.events if setup.run else ()):
+        span = event.attachment(1.0)
+        if span is None:
+            continue
+        given = {"centre of mass": span.body.center, "inertia": span.body.inertia}
+        idle = " and ".join(name for name, values in given.items() if values.any())
+        if idle:
+            text = f"the {idle} of the body has no effect: the robot moves along {', '.join(dof)} and does not rotate"
+            yield ("events", i), text

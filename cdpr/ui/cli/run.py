@@ -268,8 +268,7 @@ def _print(run: Run, least: Mapping[str, Mapping[str, Any]], touch: str | None) 
     if touch:
         click.echo(f"  {'WARNING':<20}{touch}")
     for event in run.events:
-        until = f" to {event.until:.6g}" if event.until is not None else ""
-        click.echo(f"  at {event.time:.6g}{until} s: {event.text}")
+        click.echo(f"  at {event.when} s: {event.text}")
     if run.unused:
         click.echo(f"  not used by this run: {', '.join(run.unused)}")
     click.echo(run.folder)
@@ -277,7 +276,7 @@ def _print(run: Run, least: Mapping[str, Mapping[str, Any]], touch: str | None) 
 
 def _lines(run: Run, least: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
     from cdpr.log.run import CLEARANCE
-    from cdpr.log.singular import PASSED
+    from cdpr.log.summary import not_judged
     from cdpr.mechanics.contacts import passing
     from cdpr.ui.report.text.aligned import unit_for
     from cdpr.ui.report.text.least import least_of
@@ -315,10 +314,10 @@ def _lines(run: Run, least: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
         work = f"work of the cables {energy['cable_work']:.4g} J"
         if energy["external_work"]:
             work += f", of external wrenches {energy['external_work']:.4g} J"
-        if "load_energy" in energy:
-            work += f", of bodies taken and released {energy['load_energy']:.4g} J"
+        for source, column in run.header.further_works.items():
+            work += f", of {source} {energy[column]:.4g} J"
         much = "TOO MUCH: smaller physics steps, or a backend that makes or loses energy"
-        much = f"not judged: {passed}" if (passed := figures.get(PASSED)) else much
+        much = f"not judged: {why}" if (why := not_judged(figures)) else much
         but = "" if energy["balanced"] else f", {much}"
         yield (
             f"{'energy':<20}{work}; unexplained {energy['residual_max']:.3g} J "

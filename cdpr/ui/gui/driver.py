@@ -17,8 +17,8 @@ from typing import TYPE_CHECKING, Any, Literal
 from cdpr.base.errors import CdprError, PlantEnded, one_line
 from cdpr.base.redirect_output import redirect_output
 from cdpr.simulation.clock import next_portion
-from cdpr.simulation.driver import NOT_SIMULATED, Driver, unknown
-from cdpr.simulation.requests import Level, Reply, Request
+from cdpr.simulation.driver import NOT_SIMULATED, Driver
+from cdpr.simulation.requests import Level, Reply, Request, unknown
 from cdpr.ui.gui.broadcast import Broadcast
 
 if TYPE_CHECKING:

@@ -24,6 +24,7 @@ from cdpr.scenario.events import ScenarioEvent, first_sample
 from cdpr.scenario.events.faults import CableFault
 from cdpr.scenario.events.limits import TensionLimits
 from cdpr.scenario.events.loads import Wrench
+from cdpr.scenario.events.payload import Payload
 from cdpr.scenario.needs import require
 from cdpr.simulation import Simulation
 from cdpr.simulation.events import MOST
@@ -119,8 +120,8 @@ class SimulationSession:
             self._broadcast.curves.show()
             self._broadcast.changed.notify_all()
 
-    def about(self, pushes: Iterable[tuple[int, Wrench]]) -> dict[str, Any]:
-        """Return the content of a status message on the simulation and the pushes that can be released."""
+    def about(self, pushes: Iterable[tuple[int, Wrench | Payload]]) -> dict[str, Any]:
+        """Return the content of a status message on the simulation and the pushes and bodies that can be released."""
         scenario, events = self.scenario, self._happened()
         options = scenario.options()
         for event in events:
@@ -133,7 +134,7 @@ class SimulationSession:
             "duration": scenario.simulation.steps * self.period,
             "status": self._status.name if self._run is None else self._run.status.upper(),
             "events": _latest([{"t": event.time, "text": event.text} for event in self._event_log(events)]),
-            "pushes": [{"id": key, "text": _wrench(push)} for key, push in pushes],
+            "pushes": [{"id": key, "text": _released(push)} for key, push in pushes],
             "cables": [
                 {"name": cable.name, **{fate: fates.get(cable.name) == fate for fate in FATES}}
                 for cable in scenario.robot.cables
@@ -229,8 +230,10 @@ def _report(run: Run, folder: Path, touch: str | None) -> str:
     return f"the run is saved in {folder}"
 
 
-def _wrench(push: Wrench) -> str:
-    """Return a push as text."""
+def _released(push: Wrench | Payload) -> str:
+    """Return a push or an attached body as text."""
+    if isinstance(push, Payload):
+        return f"{push.mass:g} kg"
     parts = [(push.force, "N"), (push.moment, "N m")]
     return ", ".join(f"[{', '.join(f'{x:g}' for x in values)}] {unit}" for values, unit in parts if any(values))
 

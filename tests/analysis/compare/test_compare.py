@@ -124,6 +124,7 @@ def test_cable_tensions_are_compared_in_addition_to_commands():
 
 
 UPRIGHT = {"trajectory.to.orientation": {"rpy": [0, 0, 0]}}
+BODY = {"type": "payload", "time": 0.05, "mass": 1.0, "center": [0, 0, -0.1]}
 SUBSTEPS = "several physics steps in a control step (substeps)"
 ALL = {
     "a platform that is not upright (rotation)",
@@ -150,6 +151,9 @@ ALL = {
             {**UPRIGHT, "events": [{"type": "wrench", "time": 0.1, "force": [1, 0, 0]}]},
             {"an external wrench"},
         ),
+        ("caroca", {**UPRIGHT, "events": [BODY]}, {"a centre of mass off the origin"}),
+        ("caroca", {**UPRIGHT, "events": [BODY | {"center": [0, 0, 0]}]}, set()),
+        ("caroca", {**UPRIGHT, "events": [BODY | {"time": 100.0}]}, set()),
         ("point_mass", {}, {"a platform that is not upright (rotation)", "a centre of mass off the origin"}),
     ],
 )

@@ -101,6 +101,7 @@ def test_actions_are_shown_and_reported():
         it.phase("ready")
         it.do("step", n=20)
         it.do("push", force=[100, 0, 0])
+        it.do("attach", mass=2.5, center=[0, 0, -0.1], known=True)
         it.do("cut", cable=2)
         it.do("step", n=20)
         it.do("jam", cable="cable_3")
@@ -120,6 +121,7 @@ def test_actions_are_shown_and_reported():
         text = " ".join(event["text"] for event in status["events"])
         for word in (
             "external force",
+            "payload of 2.5 kg",
             "'cable_2' breaks",
             "'cable_3' jams",
             "limits",
@@ -127,8 +129,10 @@ def test_actions_are_shown_and_reported():
             "new target",
         ):
             assert word in text
-        (push,) = status["pushes"]
+        push, body = status["pushes"]
+        assert (push["text"], body["text"]) == ("[100, 0, 0] N", "2.5 kg")
         it.do("release", id=push["id"])
+        it.do("release", id=body["id"])
         it.do("step", n=2)
         it.do("stop")
         it.do("step", n=2)

@@ -227,7 +227,10 @@ MISUSE = {
     "huge": (lambda sim: sim.push([1e300, 0, 0]), r"^push: force\[0\]: must lie between"),
     "short push": (lambda sim: sim.push([1, 0, 0], duration=1e-5), r"^push: duration: must be at least control_step"),
     "endless push": (lambda sim: sim.push([1, 0, 0], duration=np.inf), r"^push: duration: "),
-    "release of nothing": (lambda sim: sim.release(None), r"^release: expected a value that `push` returned"),
+    "release of nothing": (
+        lambda sim: sim.release(None),
+        r"^release: expected a value that `push` or .* returned",
+    ),
     "no target": (lambda sim: sim.target(duration=1), r"^target: position \(m\), orientation, or both are required"),
     "no pace": (lambda sim: sim.target([0, 0, 1]), r"^target: expected either duration \(s\) or limits"),
     "both paces": (

@@ -1,4 +1,4 @@
-// Disturbances of a running robot: pushes, cable faults, limits and targets; and saving the session.
+// Disturbances of a running robot: pushes, payloads, cable faults, limits and targets; and saving the session.
 
 class Disturb {
   constructor(home, live) {
@@ -6,7 +6,7 @@ class Disturb {
     this.pushes = make("span", { className: "pushes" });
     this.cable = make("select", { id: "cable", "aria-label": "Cable to cut or jam" });
     this.changes = live.output.tabs.panel("change", "Change");
-    this.parts = [this.push(), this.cables(), this.limits(), this.target()];
+    this.parts = [this.push(), this.payload(), this.cables(), this.limits(), this.target()];
     home.append(...this.parts, this.saving());
   }
 
@@ -38,6 +38,17 @@ class Disturb {
       if (f && m && d) this.live.send({ do: "push", force: f, moment: m, duration: d[0] });
     };
     return this.part("Push", force.root, moment.root, last.root, button("Push", act), this.pushes);
+  }
+
+  payload() {
+    const mass = this.numbers("Payload mass", [""], "kg", ["10"]), center = this.numbers("Payload center", ["x", "y", "z"], "m");
+    const known = make("input", { type: "checkbox", title: "The controller takes it into account" });
+    const act = () => {
+      const [m, c] = [this.read(mass), this.read(center, 0)];
+      if (m && c) this.live.send({ do: "attach", mass: m[0], center: c, known: known.checked });
+    };
+    const label = make("label", {}, known, span("what", "known"));
+    return this.part("Payload", mass.root, center.root, label, button("Attach", act, { title: "Until it is released" }));
   }
 
   cables() {

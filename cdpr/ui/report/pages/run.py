@@ -205,12 +205,13 @@ def drawings(run: Run) -> list[Drawing]:
             "Energy",
             "Energy and power",
             plots.energy,
-            "Kinetic energy of the platform, change of its potential energy, work of the cables and of external "
-            "wrenches since the start, and their powers: what the drives must deliver, or take up where it is "
-            "negative. External wrenches, where there are any, are those that the scenario lets act. Unexplained is "
-            "the energy gained that no work accounts for: round-off under exact integration, proportional to the "
-            "physics step in engines of first order. Where it grows without bound, the backend makes or loses "
-            "energy. (Legs with mass of their own, an option of some backends, are not counted.)",
+            "Kinetic energy of the platform, change of its potential energy, works of the cables, of external "
+            "wrenches and of other sources since the start, and their powers: what the drives must deliver, or take "
+            "up where it is negative. External wrenches, where there are any, are those that the scenario lets act. "
+            "Unexplained is the energy gained that no work accounts for: round-off under exact integration, "
+            "proportional to the physics step in engines of first order. Where it grows without bound, the backend "
+            "makes or loses energy. (The work of some sources, such as rigid legs, is unknown; the summary then does "
+            "not judge the balance.)",
             minor=True,
         ),
         *([plugins] if own else []),

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from cdpr.log.run import CLEARANCE, Run
-from cdpr.log.singular import PASSED
+from cdpr.log.summary import not_judged
 from cdpr.mechanics.contacts import passing
 from cdpr.model.robot import Array
 from cdpr.ui.report.pages.page import banner, swatch, table
@@ -78,6 +78,7 @@ def summary(run: Run, least: Mapping[str, Mapping[str, Any]], touch: str | None 
             "Work of cables; of external wrenches (J)",
             "; ".join(number(energy[f"{by}_work"]) for by in ("cable", "external")),
         ),
+        *((f"Work of {escape(name)} (J)", number(energy[column])) for name, column in run.header.further_works.items()),
         ("Unexplained energy; total exchange (J)", _balance(figures)),
         ("Samples; simulated time", f"{figures['samples']}; {figures['simulated_s']:.6g} s"),
         *([("Samples in the log, and in the figures", _logged(run))] if run.header.log_every > 1 else []),
@@ -123,9 +124,9 @@ def _logged(run: Run) -> str:
 
 
 def _balance(figures: dict[str, Any]) -> str:
-    energy, passed = figures["energy_J"], figures.get(PASSED)
+    energy, why = figures["energy_J"], not_judged(figures)
     text = f"{number(energy['residual_max'])}; {number(energy['turned_over'])}"
-    verdict = f"not judged, {escape(passed)}" if passed else "out of balance"
+    verdict = f"not judged, {escape(why)}" if why else "out of balance"
     return text if energy["balanced"] else f"<strong>{text}: {verdict}</strong>"
 
 
@@ -156,7 +157,7 @@ def events(run: Run) -> str:
         return out + "<p>None.</p>"
     rows = []
     for i, event in enumerate(in_order(run)[:MOST_EVENTS], 1):
-        until = "" if event.until is None else f" to {event.until:.6g}"
+        until = event.when.removeprefix(f"{event.time:.6g}")
         at = f'<button type="button" class="at" data-time="{event.time:.9g}">{event.time:.6g}</button>'
         rows.append((str(i), f"{at}{until}", escape(event.kind), escape(event.text)))
     out += table(rows, ("No.", "Time (s)", "Kind", "What happened"), numeric=False)

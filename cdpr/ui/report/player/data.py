@@ -80,7 +80,7 @@ def block(data: Mapping[str, Any]) -> str:
 
 def _events(run: Run) -> Iterable[dict[str, Any]]:
     for event in events(run)[:MOST_EVENTS]:
-        until = {} if event.until is None else {"until": event.until}
+        until = {} if event.until in (None, event.time) else {"until": event.until}
         yield {"time": event.time, "text": event.text, **until}
 
 

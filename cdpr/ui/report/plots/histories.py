@@ -27,7 +27,7 @@ class Points(NamedTuple):
     time: Array  # (P, c), s
     values: Array  # (P, c)
 
-    def columns(self, chosen: slice) -> Points:
+    def columns(self, chosen: slice | list[int]) -> Points:
         """Return some of the columns."""
         return Points(self.time[:, chosen], self.values[:, chosen])
 
@@ -163,7 +163,11 @@ QUANTITIES: dict[str, Callable[[Run], Array]] = {
     "friction": lambda run: run.tension - run.cable_tension,
     "highest": lambda run: run.cable_tension.max(axis=1),
     "lowest": lambda run: run.cable_tension.min(axis=1),
-    "energies": lambda run: np.stack([run.kinetic, run.potential_change, run.cable_work, run.external_work], axis=1),
+    "energies": lambda run: np.stack(
+        [run.kinetic, run.potential_change, run.cable_work, run.external_work]
+        + [run[column] for column in run.header.further_works.values()],
+        axis=1,
+    ),
     "powers": lambda run: np.stack([run.cable_power, run.external_power], axis=1),
 }
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from itertools import cycle
 
 import numpy as np
 
@@ -74,6 +75,8 @@ def distribution(run: Run) -> list[Panel]:
 def energy(run: Run) -> list[Panel]:
     """Return panels of the external wrench (if any), energies and works, powers, and the unexplained energy."""
     known = histories(run)
+    names = ["kinetic", "potential (change)", "work of cables", "external work"]
+    names += [f"work of {source}" for source in run.header.further_works]
     energies, powers, external = known["energies"], known["powers"], known["external"]
     panels = []
     if np.any(external.values):
@@ -83,13 +86,13 @@ def energy(run: Run) -> list[Panel]:
         panels.append(Panel("external force (N)", (force,), _components("xyz"), 1.0, name="external_force"))
         panels.append(Panel("external moment (N m)", (moment,), _components("xyz"), 1.0, name="external_moment"))
     else:
-        energies, powers = energies.columns(slice(0, 3)), powers.columns(slice(0, 1))
-    names = ("kinetic", "potential (change)", "work of cables", "external work")
-    looks: list[Entry] = [(name, {"color": colour}) for name, colour in zip(names, CABLES, strict=False)]
-    stored = Curves(energies, CABLES, names=names[: energies.values.shape[1]])
+        names.remove("external work")
+        energies, powers = energies.columns([0, 1, 2, *range(4, len(names) + 1)]), powers.columns(slice(0, 1))
+    looks: list[Entry] = [(name, {"color": colour}) for name, colour in zip(names, cycle(CABLES), strict=False)]
+    stored = Curves(energies, CABLES, names=names)
     unexplained = Curves(known["energy_residual"], (INK,), names=("unexplained",))
     panels += [
-        Panel("energy (J)", (stored,), looks[: energies.values.shape[1]], 1.0, name="energy"),
+        Panel("energy (J)", (stored,), looks, 1.0, name="energy"),
         Panel("power (W)", (Curves(powers, CABLES[2:], names=("of cables", "external")),), least=1.0, name="power"),
         Panel("unexplained (J)", (unexplained,), least=1e-9, name="energy_residual"),
     ]

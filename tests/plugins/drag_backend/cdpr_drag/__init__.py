@@ -2,7 +2,7 @@
 
 from pydantic import Field
 
-from cdpr.plugins import PluginInfo, PluginOptions, hookimpl
+from cdpr.plugins import Column, PluginInfo, PluginOptions, hookimpl
 
 
 class DragOptions(PluginOptions):
@@ -24,7 +24,8 @@ def cdpr_backends() -> list[PluginInfo]:
             name="drag",
             factory="cdpr_drag.backend:DragBackend",
             summary="semi-implicit Euler with the drag of air, free platforms only",
-            properties={"order": 1, "snapshot": True},
+            properties={"order": 1, "snapshot": True, "works": {"the drag of air": "drag_work"}},
+            columns=(Column("drag_work", 1, "J", "Work of the drag of air since the first sample"),),
             options=DragOptions,
         )
     ]

@@ -17,12 +17,18 @@ class DragBackend(RigidBodyBackend):
 
     def build(self):
         """Nothing to build: the body is the state."""
+        self._work, self._column = 0.0, np.zeros(1)
         if self.frame.guide is not None:
             raise PluginError("the backend 'drag' moves free platforms only")
 
     def write(self):
         """Put the body into `body`, where it is already, and the clock to zero."""
-        self._steps = 0
+        self._steps, self._work = 0, 0.0
+        self._column[0] = self._work
+
+    def log(self, columns):
+        """Keep the column of the work of the drag."""
+        self._column = columns["drag_work"]
 
     def read(self):
         """The body is in `body`."""
@@ -37,6 +43,8 @@ class DragBackend(RigidBodyBackend):
         spin += h * (R.T @ self.applied[3:] - np.cross(spin, moments * spin)) / moments
         velocity += h * ((self.applied[:3] + drag) / self.frame.mass + self.gravity)
         body[:3] += h * velocity
+        self._work += h * (drag @ velocity)
+        self._column[0] = self._work
         angle = np.linalg.norm(spin)
         if angle > 0.0:
             turn = rotations.from_axis_angle(spin / angle, h * angle)
@@ -51,8 +59,8 @@ class DragBackend(RigidBodyBackend):
 
     def snapshot(self):
         """Return body, published state and clock."""
-        return self.body.copy(), self.state.copy(), self._steps
+        return self.body.copy(), self.state.copy(), self._steps, self._work
 
     def restore(self, snapshot):
         """Go back to a snapshot."""
-        self.body[:], self.state[:], self._steps = snapshot
+        self.body[:], self.state[:], self._steps, self._work = snapshot
