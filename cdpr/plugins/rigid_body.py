@@ -16,7 +16,7 @@ from cdpr.model import Robot
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
-from cdpr.plugins.backend import Backend, Operations
+from cdpr.plugins.backend import Backend, Operations, Phases
 from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.inertia import Inertia, check_held, check_range
 
@@ -24,7 +24,8 @@ from cdpr.plugins.inertia import Inertia, check_held, check_range
 class RigidBodyBackend(Backend):
     """Backend on an engine that integrates a rigid body under an applied wrench.
 
-    The engine's file implements `build`, `write`, `read` and `advance`. This class evaluates the cable geometry and the
+    The engine's file implements `build`, `write`, `read` and `advance`, and `push` if `applied` is no array of the
+    engine. This class evaluates the cable geometry and the
     tensions once per physics step, for all cable models (declared as the property `cable_models`). `frame` describes
     the body to build. The frame of a free platform is at the centre of mass along the principal axes. A guided platform
     (`frame.guide`) has its frame at the origin; it moves by slides along world axes and then a hinge, or rotates on a
@@ -101,9 +102,12 @@ class RigidBodyBackend(Backend):
     def read(self) -> None:
         """Read the engine's body into `body`."""
 
+    def push(self) -> None:
+        """Write `applied` into the engine, for its next step; by default `advance` does that."""
+
     @abstractmethod
     def advance(self) -> None:
-        """Advance the engine by one physics step under gravity and `applied`."""
+        """Advance the engine's world by one physics step under gravity and what `push` wrote."""
 
     def load_body(self) -> None:
         """Give the engine the mass properties of `frame` and, for a free platform, the state `body`.
@@ -160,20 +164,31 @@ class RigidBodyBackend(Backend):
         """Advance by n physics steps."""
         for _ in range(n):
             self._pull()
+            self.push()
             self.advance()
             self.read()
         self._publish()
 
     def operations(self, n: int) -> Operations:
         """Return the operations of n physics steps; all but those of the engine are compiled."""
-        engine = (
-            self.engine_operations() if speaks_for(self.engine_operations, self.advance) else [self.advance, self.read]
-        )
-        return [operation for _ in range(n) for operation in (self._pull, *engine)] + [self._publish]
+        return self.phases().several(n)
 
-    def engine_operations(self) -> Operations:
-        """Return the operations of `advance` and then `read`, as in `operations`; kernels may replace them."""
-        return [self.advance, self.read]
+    def phases(self) -> Phases:
+        """Return the operations of a physics step; all but those of the engine are compiled."""
+        does = self.push, self.advance, self.read
+        found = self.engine_operations() if all(speaks_for(self.engine_operations, each) for each in does) else None
+        engine = self._by_python() if found is None else found if isinstance(found, Phases) else Phases([], found, [])
+        return Phases([self._pull, *engine.load], engine.step, engine.read, [self._publish])
+
+    def engine_operations(self) -> Phases | Operations:
+        """Return the operations of `push`, `advance` and `read`, as in `operations`; kernels may replace them.
+
+        A plain list, in this order, counts as operations of the world: its platform is alone there.
+        """
+        return self._by_python()
+
+    def _by_python(self) -> Phases:
+        return Phases([self.push], [self.advance], [self.read])
 
     def read_tension(self, tension: Array) -> None:
         """Write the tensions (m,)."""

@@ -14,7 +14,7 @@ from cdpr.model import rotations
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.plugins import RigidBodyBackend
-from cdpr.plugins.backend import Operations
+from cdpr.plugins.backend import Phases
 from cdpr.plugins.inertia import Inertia
 from cdpr.plugins.snapshots import put_back, save
 from cdpr_backends.bullet.world import (
@@ -56,7 +56,6 @@ class BulletBackend(RigidBodyBackend):
     def write(self) -> None:
         """Set Bullet's body to the state in `body`."""
         self._plant.write()
-        self._plant.fetch()
 
     def load_body(self) -> None:
         """Give Bullet's body its mass properties and the state in `body`."""
@@ -73,16 +72,22 @@ class BulletBackend(RigidBodyBackend):
 
     def read(self) -> None:
         """Read Bullet's body into `body`."""
+        self._plant.fetch()
         self._plant.publish()
 
-    def advance(self) -> None:
-        """Advance by one physics step."""
+    def push(self) -> None:
+        """Write the loads into Bullet."""
         self._plant.load()
+        self._plant.push()
+
+    def advance(self) -> None:
+        """Advance Bullet by one physics step."""
         self._plant.move()
 
-    def engine_operations(self) -> Operations:
-        """Return the step of Bullet as one Python operation, and the compiled operations before and after it."""
-        return [self._plant.load, self._plant.move, self._plant.publish]
+    def engine_operations(self) -> Phases:
+        """Return the Python operations of Bullet, and the compiled operations before and after them."""
+        plant = self._plant
+        return Phases([plant.load, plant.push], [plant.move], [plant.fetch, plant.publish])
 
     def snapshot(self) -> object:
         """Return the state of Bullet and copies of the arrays."""
@@ -96,7 +101,6 @@ class BulletBackend(RigidBodyBackend):
             self._plant.use(client.number, number)
         engine.restore()
         put_back(arrays, self.arrays)
-        self._plant.fetch()
         self.read()
 
     @property
@@ -116,7 +120,8 @@ class Plant:
         home: (3,) position of the joints of a guided platform in the world frame.
         client, number, link: Bullet's numbers of the world, the body, and its link with the platform's mass.
         load: operation that writes the loads for Bullet.
-        move: function that applies the loads in Bullet, steps and fetches.
+        push: function that applies the loads in Bullet.
+        move: function that steps Bullet's world.
         fetch: function that gets the pose and the velocities from Bullet.
         publish: operation that writes them into the body state.
     """
@@ -126,6 +131,7 @@ class Plant:
     number: int
     link: int
     load: Callable[[], object]
+    push: Callable[[], None]
     move: Callable[[], None]
     fetch: Callable[[], None]
     publish: Callable[[], object]
@@ -157,13 +163,14 @@ class Free(Plant):
             v, w = velocity(number, client)
             put_base(into, 0, *at, *q, *v, *w)
 
-        def move() -> None:
+        def apply() -> None:
             push(number, BASE, get_vector(outof, 0), at, world, client)
             turn(number, BASE, get_vector(outof, 24), world, client)
-            step(client)
-            fetch()
 
-        self.load, self.move = bind("copy", source=applied, target=loads), move
+        def move() -> None:
+            step(client)
+
+        self.load, self.push, self.move = bind("copy", source=applied, target=loads), apply, move
         self.fetch, self.publish = fetch, bind("bullet_base_state", base=base, body=body)
 
     def load_body(self, mass: float, moments: Array) -> None:
@@ -212,17 +219,19 @@ class Guided(Plant):
             put(positions, 0, *[state[0] for state in found])
             put(rates, 0, *[state[1] for state in found])
 
-        def move() -> None:
+        def apply() -> None:
             drive(number, joints, torque, forces=push.tolist(), physicsClientId=client)
+
+        def move() -> None:
             step(client)
-            fetch()
 
         def use(world: int, body: int) -> None:
             nonlocal client, number
             self.client, self.number = client, number = world, body
 
         self.use, self._coordinates = use, (q, u)
-        self.load, self.move = bind("guide_forces", rows=guide.rows, applied=applied, forces=forces), move
+        self.load = bind("guide_forces", rows=guide.rows, applied=applied, forces=forces)
+        self.push, self.move = apply, move
         self.fetch = fetch
         self.publish = bind(
             "guide_state", guide=guide.packed, rows=guide.rows, home=self.home, coordinate=q, rate=u, body=body
@@ -274,17 +283,18 @@ class Ball(Plant):
             q, w, _, _ = state(number, 0, client)
             put_joint(into, 0, *q, *w)
 
-        def move() -> None:
+        def apply() -> None:
             turn(number, 0, get_vector(outof, 0), world, client)
+
+        def move() -> None:
             step(client)
-            fetch()
 
         def use(world: int, body: int) -> None:
             nonlocal client, number
             self.client, self.number = client, number = world, body
 
         self.use = use
-        self.load, self.move = bind("copy", source=applied[3:], target=moment), move
+        self.load, self.push, self.move = bind("copy", source=applied[3:], target=moment), apply, move
         self.fetch = fetch
         self.publish = bind("bullet_ball_state", home=self.home, axes=self.axes, joint=joint, body=body)
 

@@ -9,7 +9,7 @@ from typing import Any
 import mujoco
 
 from cdpr.plugins import RigidBodyBackend
-from cdpr.plugins.backend import Operations
+from cdpr.plugins.backend import Phases
 from cdpr.plugins.inertia import Inertia
 from cdpr.plugins.snapshots import put_back, save
 from cdpr_backends.mujoco.direct import Direct
@@ -79,16 +79,19 @@ class MujocoBackend(InWorld, RigidBodyBackend):
         """Read MuJoCo's body into `body`."""
         self._read()
 
-    def advance(self) -> None:
-        """Advance by one physics step."""
+    def push(self) -> None:
+        """Write the wrench of a guided platform into MuJoCo."""
         for apply in self._apply:
             apply()
+
+    def advance(self) -> None:
+        """Advance MuJoCo by one physics step."""
         self._step()
 
-    def engine_operations(self) -> Operations:
+    def engine_operations(self) -> Phases:
         """Return the step and the operations before and after it, all compiled if MuJoCo can be called directly."""
         direct = self._direct
-        return [*self._apply, self._step if direct is None else direct.step, self._read]
+        return Phases([*self._apply], [self._step if direct is None else direct.step], [self._read])
 
     def snapshot(self) -> object:
         """Return the state of MuJoCo and copies of the arrays."""

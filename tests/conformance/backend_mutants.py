@@ -27,6 +27,7 @@ from cdpr_traps.backend import (
 from cdpr.base.errors import PluginError
 from cdpr.model import rotations
 from cdpr.plugins import Column
+from cdpr.plugins.backend import Phases
 
 
 class Momentary(Wrapped):
@@ -37,6 +38,13 @@ class Momentary(Wrapped):
         kept, self.external = self.external, np.zeros(6)
         super().step(n - min(n, 1))
         self.external = kept
+
+
+class Unread(Wrapped):
+    """Its phases do not publish the state after the step."""
+
+    def phases(self):
+        return Phases([], [lambda: self.inner.step(1)], [])
 
 
 class Sleeping(Wrapped):
@@ -363,6 +371,7 @@ MUTANTS = {
     Ageing: ({}, ["made_and_closed_twice"]),
     Unforgetting: ({}, ["reset_forgets"]),
     Unladen: ({}, ["platform_is_renewed"]),
+    Unread: ({}, ["operations_make_a_step"]),
     Sharing: ({}, ["instances_are_apart"]),
     HalfSnapshot: ({"snapshot": True}, ["snapshot_restores"]),
     RunningClock: ({}, ["clock_counts_steps"]),
