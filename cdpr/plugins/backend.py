@@ -11,6 +11,7 @@ import numpy as np
 from cdpr.base.errors import PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array
+from cdpr.plugins.environment import Environment
 
 Operations = list[Callable[[], object]]  # executed in order
 
@@ -109,6 +110,20 @@ class Backend(ABC):
         Args:
             n: number of physics steps, at least 1.
         """
+
+    def surround(self, environment: Environment) -> None:
+        """Simulate the platform in an environment from the next `reset` on.
+
+        It is called at most once, before the first `reset`, and only if a scenario contains parts of an environment
+        that affect the motion. Backends that support this declare them in the property `surroundings`.
+
+        Args:
+            environment: environment of the platform.
+
+        Raises:
+            PluginError: if the backend does not implement it.
+        """
+        raise PluginError(f"{type(self).__name__} does not support an environment")
 
     def renew(self, robot: Robot) -> bool:
         """Continue with a robot that has another platform; return False if that needs a new backend.

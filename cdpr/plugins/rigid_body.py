@@ -68,9 +68,16 @@ class RigidBodyBackend(Backend):
         self.frame = BodyFrame(robot)
         check_range(self.frame, self._title, self.smallest, self.slimmest)
         self.body = np.zeros(13)
+        self.assemble()
+
+    def assemble(self) -> None:
+        """Build the world, and bind the operations to its arrays.
+
+        An engine calls it again if `build` depends on something that changed, such as the environment in `surround`.
+        """
+        robot, frame = self.robot, self.frame
         self.applied = np.zeros(6)
         self.build()
-        frame = self.frame
         self._wanted = np.zeros(13)
         self._place = bind("body_state", offset=frame.offset, state=self._wanted, body=self.body)
         self._pull: Callable[[], object] = bind(
@@ -86,7 +93,7 @@ class RigidBodyBackend(Backend):
         self.winches: Winches | None = None
         if not immediate(robot):
             self.winches = winches = Winches(
-                robot, frame, self.gravity, self.command, self.external, self.body, self.applied, physics_step
+                robot, frame, self.gravity, self.command, self.external, self.body, self.applied, self.physics_step
             )
             self._pull, self.highest = winches.step, winches.highest
 

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import load_mutants
 import numpy as np
+import surroundings_mutants
 from cdpr_traps.backend import (
     AutoReset,
     BodyFrameBothWays,
@@ -341,6 +342,7 @@ ORDER = {"order": 4}
 # Broken backend -> what it declares, and the checks that must fail. It may fail others too.
 MUTANTS = {
     **load_mutants.MUTANTS,
+    **surroundings_mutants.MUTANTS,
     Unlogged: ({}, ["columns_are_written"]),
     BodyFrameRead: ({}, ["state_round_trip", "state_is_current"]),
     BodyFrameBothWays: ({}, ["state_is_current", "tumbling_keeps_energy_and_momentum"]),
