@@ -178,24 +178,26 @@ class RigidBodyBackend(Backend):
 
     def operations(self, n: int) -> Operations:
         """Return the operations of n physics steps; all but those of the engine are compiled."""
+        does = self.push, self.advance, self.read, self.engine_phases
+        if all(speaks_for(self.engine_operations, each) for each in does):
+            return [self._pull, *self.engine_operations()] * n + [self._publish]
         return self.phases().several(n)
 
     def phases(self) -> Phases:
-        """Return the operations of a physics step; all but those of the engine are compiled."""
+        """Return the operations of a physics step by phase; all but those of the engine are compiled."""
         does = self.push, self.advance, self.read
-        found = self.engine_operations() if all(speaks_for(self.engine_operations, each) for each in does) else None
-        engine = self._by_python() if found is None else found if isinstance(found, Phases) else Phases([], found, [])
-        return Phases([self._pull, *engine.load], engine.step, engine.read, [self._publish])
+        known = all(speaks_for(self.engine_phases, each) for each in does)
+        load, step, read, _ = self.engine_phases() if known else RigidBodyBackend.engine_phases(self)
+        return Phases([self._pull, *load], step, read, [self._publish])
 
-    def engine_operations(self) -> Phases | Operations:
-        """Return the operations of `push`, `advance` and `read`, as in `operations`; kernels may replace them.
-
-        A plain list, in this order, counts as operations of the world: its platform is alone there.
-        """
-        return self._by_python()
-
-    def _by_python(self) -> Phases:
+    def engine_phases(self) -> Phases:
+        """Return the operations of `push`, `advance` and `read`, as in `operations`; kernels may replace them."""
         return Phases([self.push], [self.advance], [self.read])
+
+    def engine_operations(self) -> Operations:
+        """Return the operations of `push`, `advance` and `read` in one list, which may join operations of Python."""
+        load, step, read, _ = self.engine_phases()
+        return [*load, *step, *read]
 
     def read_tension(self, tension: Array) -> None:
         """Write the tensions (m,)."""

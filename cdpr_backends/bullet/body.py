@@ -14,7 +14,7 @@ from cdpr.model import rotations
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.plugins import RigidBodyBackend
-from cdpr.plugins.backend import Phases
+from cdpr.plugins.backend import Operations, Phases
 from cdpr.plugins.inertia import Inertia
 from cdpr.plugins.snapshots import put_back, save
 from cdpr_backends.bullet.world import (
@@ -82,12 +82,16 @@ class BulletBackend(RigidBodyBackend):
 
     def advance(self) -> None:
         """Advance Bullet by one physics step."""
-        self._plant.move()
+        self._plant.advance()
 
-    def engine_operations(self) -> Phases:
+    def engine_phases(self) -> Phases:
         """Return the Python operations of Bullet, and the compiled operations before and after them."""
         plant = self._plant
-        return Phases([plant.load, plant.push], [plant.move], [plant.fetch, plant.publish])
+        return Phases([plant.load, plant.push], [plant.advance], [plant.fetch, plant.publish])
+
+    def engine_operations(self) -> Operations:
+        """Return the same with one Python operation, in less time."""
+        return [self._plant.load, self._plant.move, self._plant.publish]
 
     def snapshot(self) -> object:
         """Return the state of Bullet and copies of the arrays."""
@@ -121,7 +125,8 @@ class Plant:
         client, number, link: Bullet's numbers of the world, the body, and its link with the platform's mass.
         load: operation that writes the loads for Bullet.
         push: function that applies the loads in Bullet.
-        move: function that steps Bullet's world.
+        advance: function that steps Bullet's world.
+        move: function that pushes, advances and fetches.
         fetch: function that gets the pose and the velocities from Bullet.
         publish: operation that writes them into the body state.
     """
@@ -132,6 +137,7 @@ class Plant:
     link: int
     load: Callable[[], object]
     push: Callable[[], None]
+    advance: Callable[[], None]
     move: Callable[[], None]
     fetch: Callable[[], None]
     publish: Callable[[], object]
@@ -167,10 +173,17 @@ class Free(Plant):
             push(number, BASE, get_vector(outof, 0), at, world, client)
             turn(number, BASE, get_vector(outof, 24), world, client)
 
-        def move() -> None:
+        def advance() -> None:
             step(client)
 
-        self.load, self.push, self.move = bind("copy", source=applied, target=loads), apply, move
+        def move() -> None:
+            push(number, BASE, get_vector(outof, 0), at, world, client)
+            turn(number, BASE, get_vector(outof, 24), world, client)
+            step(client)
+            fetch()
+
+        self.load, self.push = bind("copy", source=applied, target=loads), apply
+        self.advance, self.move = advance, move
         self.fetch, self.publish = fetch, bind("bullet_base_state", base=base, body=body)
 
     def load_body(self, mass: float, moments: Array) -> None:
@@ -222,8 +235,13 @@ class Guided(Plant):
         def apply() -> None:
             drive(number, joints, torque, forces=push.tolist(), physicsClientId=client)
 
-        def move() -> None:
+        def advance() -> None:
             step(client)
+
+        def move() -> None:
+            drive(number, joints, torque, forces=push.tolist(), physicsClientId=client)
+            step(client)
+            fetch()
 
         def use(world: int, body: int) -> None:
             nonlocal client, number
@@ -231,7 +249,7 @@ class Guided(Plant):
 
         self.use, self._coordinates = use, (q, u)
         self.load = bind("guide_forces", rows=guide.rows, applied=applied, forces=forces)
-        self.push, self.move = apply, move
+        self.push, self.advance, self.move = apply, advance, move
         self.fetch = fetch
         self.publish = bind(
             "guide_state", guide=guide.packed, rows=guide.rows, home=self.home, coordinate=q, rate=u, body=body
@@ -286,15 +304,21 @@ class Ball(Plant):
         def apply() -> None:
             turn(number, 0, get_vector(outof, 0), world, client)
 
-        def move() -> None:
+        def advance() -> None:
             step(client)
+
+        def move() -> None:
+            turn(number, 0, get_vector(outof, 0), world, client)
+            step(client)
+            fetch()
 
         def use(world: int, body: int) -> None:
             nonlocal client, number
             self.client, self.number = client, number = world, body
 
         self.use = use
-        self.load, self.push, self.move = bind("copy", source=applied[3:], target=moment), apply, move
+        self.load, self.push = bind("copy", source=applied[3:], target=moment), apply
+        self.advance, self.move = advance, move
         self.fetch = fetch
         self.publish = bind("bullet_ball_state", home=self.home, axes=self.axes, joint=joint, body=body)
 

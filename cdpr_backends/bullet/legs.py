@@ -66,7 +66,7 @@ class BulletUps(UpsBackend):
 
     def advance(self) -> None:
         """Advance Bullet by one physics step."""
-        self._platform.move()
+        self._platform.advance()
 
     def snapshot(self) -> object:
         """Return the world, the state of Bullet and copies of the arrays."""

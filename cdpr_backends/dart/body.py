@@ -11,7 +11,7 @@ import numpy as np
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.plugins import RigidBodyBackend
-from cdpr.plugins.backend import Phases
+from cdpr.plugins.backend import Operations, Phases
 from cdpr.plugins.inertia import Inertia
 from cdpr.plugins.snapshots import put_back, save
 from cdpr_backends.dart.joints import BallJoint, FreeJoint, GuideJoints
@@ -40,7 +40,7 @@ class DartBackend(RigidBodyBackend):
             self.joints = GuideJoints(world, frame, frame.guide, body)
             forces = np.zeros(self.joints.skeleton.getNumDofs())
             self._load = bind("dart_guide_forces", rows=frame.guide.rows, body=body, applied=applied, forces=forces)
-        set_forces, moved, get_time = self.joints.push, self.joints.moved, world.getTime
+        set_forces, step, moved, get_time = self.joints.push, world.step, self.joints.moved, world.getTime
         self._time = np.zeros(1)
         first, time = forces.data, self._time.data
 
@@ -55,7 +55,16 @@ class DartBackend(RigidBodyBackend):
                 moved()
             time[0] = get_time()
 
-        self._push, self._fetch = push, fetch
+        def dart() -> None:  # in one call, which is quicker
+            if isnan(first[0]):
+                body[:] = np.nan
+            else:
+                set_forces(forces)
+                step()
+                moved()
+            time[0] = get_time()
+
+        self._push, self._fetch, self._dart = push, fetch, dart
         self._pushed = False  # and not yet read, by Python
 
     def write(self) -> None:
@@ -88,9 +97,13 @@ class DartBackend(RigidBodyBackend):
         """Advance DART by one physics step."""
         self.world.step()
 
-    def engine_operations(self) -> Phases:
+    def engine_phases(self) -> Phases:
         """Return the compiled operation before the step of DART, and the Python operations of DART."""
         return Phases([self._load, self._push], [self.world.step], [self._fetch])
+
+    def engine_operations(self) -> Operations:
+        """Return the same with one Python operation."""
+        return [self._load, self._dart]
 
     def engine_time(self) -> float:
         """Return the time of DART [s]."""

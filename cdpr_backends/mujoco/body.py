@@ -91,7 +91,7 @@ class MujocoBackend(InWorld, RigidBodyBackend):
         """Advance MuJoCo by one physics step."""
         self._step()
 
-    def engine_operations(self) -> Phases:
+    def engine_phases(self) -> Phases:
         """Return the step and the operations before and after it, all compiled if MuJoCo can be called directly."""
         direct = self._direct
         return Phases([*self._apply], [self._step if direct is None else direct.step], [self._read])

@@ -1,4 +1,4 @@
-"""Operations of engines on `RigidBodyBackend`: a plain list, and methods that a derived class overrides."""
+"""Operations of engines on `RigidBodyBackend`: those of the engine, and methods that a derived class overrides."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import pytest
 from conftest import GRAVITY
 
 from cdpr.plugins import RigidBodyBackend
+from cdpr.plugins.backend import Phases
 from cdpr.tension.operations import Operation, perform
 from cdpr.testing import samples
 
@@ -35,7 +36,7 @@ class Pushed(Point):
 
 
 class Listed(Point):
-    """Engine that returns a plain list, as in the first version of the interface."""
+    """Engine with a list of its own."""
 
     def engine_operations(self):
         return [self.advance, self.read, lambda: self.notes.append("listed")]
@@ -53,6 +54,13 @@ class Repushed(Listed):
         self.notes.append("push")
 
 
+class Phased(Listed):
+    """The list does not contain these operations."""
+
+    def engine_phases(self):
+        return Phases([], [self.advance], [self.read, lambda: self.notes.append("phased")])
+
+
 @pytest.mark.parametrize(
     ("kind", "expected"),
     [
@@ -61,6 +69,7 @@ class Repushed(Listed):
         (Listed, ["advance", "read", "listed"]),
         (Reread, ["advance", "read anew"]),
         (Repushed, ["push", "advance", "read"]),
+        (Phased, ["advance", "read", "phased"]),
     ],
 )
 def test_operations_are_those_of_the_methods(kind, expected):

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from conftest import GRAVITY, ROOT
-from plants import installed
+from plants import installed, plant
 
 from cdpr.base.errors import PluginError
 from cdpr.native.bind import bind
@@ -116,6 +116,25 @@ def test_the_world_makes_each_step_once():
     plants, operations = two_points(3.0)
     perform(operations)
     assert plants[0].shared_world.data.time == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize("backend", installed("mujoco", "bullet", "dart"))
+@pytest.mark.parametrize(("robot", "start"), [("planar", "planar_state"), ("spherical", "spherical_state")])
+def test_phases_of_guided_platforms_make_a_step(backend, robot, start):
+    """The kit checks free ones."""
+    state, ends = getattr(samples, start)(np.random.default_rng(3)), []
+    for phased in (True, False):
+        one = plant(backend, getattr(samples, robot)())
+        one.reset(state)
+        one.command[:], one.external[:] = 80.0, [5.0, 4.0, 3.0, 0.3, 0.2, 0.1]
+        if phased:
+            perform([Operation("", do, one.refuse) for do in one.phases().several(20)])
+        else:
+            one.step(20)
+        ends.append(one.state.copy())
+        one.close()
+    assert not np.array_equal(ends[0], state)
+    np.testing.assert_array_equal(*ends)
 
 
 class Still(Backend):

@@ -58,5 +58,5 @@ class SharedBackend(RigidBodyBackend):
     def advance(self):
         mujoco.mj_step(self.shared_world.model, self.shared_world.data)
 
-    def engine_operations(self):
+    def engine_phases(self):
         return Phases([], [self.shared_world.direct.step], [self._read])

@@ -50,8 +50,8 @@ class Touching(MujocoBackend):
         super().read()
         self.touch[:] = self._world.data.qfrc_constraint[:3]
 
-    def engine_operations(self):
-        phases = super().engine_operations()
+    def engine_phases(self):
+        phases = super().engine_phases()
         touched = bind("copy", source=self._world.data.qfrc_constraint[:3], target=self.touch)
         return phases._replace(read=[*phases.read, touched])
 
