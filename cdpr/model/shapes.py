@@ -99,7 +99,7 @@ Shape = Box | Sphere | Cylinder | Mesh
 
 @dataclass(frozen=True, eq=False)
 class Obstacle(Frozen):
-    """Obstacle for cables; it has no effect on the platform."""
+    """Obstacle for cables, and for the platform in a world with contact."""
 
     name: str
     shape: Shape | Hull

@@ -24,6 +24,7 @@ _INTERFACES = {
     "CompiledSolver": "cdpr.plugins.solver",
     "Controller": "cdpr.plugins.controller",
     "ControllerInputs": "cdpr.plugins.inputs",
+    "Environment": "cdpr.plugins.environment",
     "RigidBodyBackend": "cdpr.plugins.rigid_body",
     "SnapshotOfArrays": "cdpr.plugins.snapshots",
     "TensionSolver": "cdpr.plugins.solver",
@@ -32,6 +33,7 @@ _INTERFACES = {
 if TYPE_CHECKING:
     from cdpr.plugins.backend import Backend
     from cdpr.plugins.controller import Controller
+    from cdpr.plugins.environment import Environment
     from cdpr.plugins.inputs import ControllerInputs
     from cdpr.plugins.rigid_body import RigidBodyBackend
     from cdpr.plugins.snapshots import SnapshotOfArrays
@@ -49,6 +51,7 @@ __all__ = [
     "CompiledSolver",
     "Controller",
     "ControllerInputs",
+    "Environment",
     "FileName",
     "PluginInfo",
     "PluginOptions",

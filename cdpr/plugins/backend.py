@@ -4,15 +4,51 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from typing import Any, NoReturn
+from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
 
 from cdpr.base.errors import PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array
+from cdpr.plugins.environment import Environment
 
 Operations = list[Callable[[], object]]  # executed in order
+
+
+class Phases(NamedTuple):
+    """Operations of a physics step, of the platform or of the engine's world.
+
+    Platforms in one world do `load`, the world does one `step`, and they `read`; after the last physics step of a
+    control step, they `publish`.
+
+    Attributes:
+        load: operations that write the forces on the platform into the engine.
+        step: operations that advance the engine's world by one physics step.
+        read: operations that read the platform's motion from the engine.
+        publish: operations that write what the caller reads, such as `state`.
+
+    Example:
+        >>> from cdpr.plugins.backend import Phases
+        >>> phases = Phases([lambda: print("load")], [lambda: print("step")], [lambda: print("read")])
+        >>> for operation in phases.several(2):
+        ...     operation()
+        load
+        step
+        read
+        load
+        step
+        read
+    """
+
+    load: Operations
+    step: Operations
+    read: Operations
+    publish: Operations = []  # noqa: RUF012 - never changed
+
+    def several(self, n: int) -> Operations:
+        """Return the operations of n physics steps of a world with one platform."""
+        return [*self.load, *self.step, *self.read] * n + self.publish
 
 
 class Backend(ABC):
@@ -32,6 +68,8 @@ class Backend(ABC):
         external: (6,), additional wrench on the platform at its origin, world axes: force, N, then moment, N m.
         state: (13,), state of the platform in the layout of `cdpr.model`; current after `reset` and after `step`.
         highest: (m,), largest magnitude of each tension since `reset`, N; with ideal cables the command itself.
+        shared_world: engine's world, if it has other platforms, too: those of the backends with the same object. They
+            are advanced together, by `phases`. None, the default, for a world of its own.
 
     Example:
         >>> import cdpr
@@ -44,6 +82,8 @@ class Backend(ABC):
         >>> bool((run.position == run.position[0]).all())
         True
     """
+
+    shared_world: object | None = None
 
     def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
         self.robot = robot
@@ -70,6 +110,20 @@ class Backend(ABC):
         Args:
             n: number of physics steps, at least 1.
         """
+
+    def surround(self, environment: Environment) -> None:
+        """Simulate the platform in an environment from the next `reset` on.
+
+        It is called at most once, before the first `reset`, and only if a scenario contains parts of an environment
+        that affect the motion. Backends that support this declare them in the property `surroundings`.
+
+        Args:
+            environment: environment of the platform.
+
+        Raises:
+            PluginError: if the backend does not implement it.
+        """
+        raise PluginError(f"{type(self).__name__} does not support an environment")
 
     def renew(self, robot: Robot) -> bool:
         """Continue with a robot that has another platform; return False if that needs a new backend.
@@ -112,6 +166,16 @@ class Backend(ABC):
 
         Returns:
             The operations in order, or None.
+        """
+        return None
+
+    def phases(self) -> Phases | None:
+        """Return the operations of a physics step, so that several platforms can share the engine's world.
+
+        `load`, `step` and `read` n times and then `publish` equal `step(n)`. Their kinds are those of `operations`.
+
+        Returns:
+            The operations by phase; None if platform and world cannot be separated.
         """
         return None
 

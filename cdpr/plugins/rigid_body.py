@@ -16,7 +16,7 @@ from cdpr.model import Robot
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
-from cdpr.plugins.backend import Backend, Operations
+from cdpr.plugins.backend import Backend, Operations, Phases
 from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.inertia import Inertia, check_held, check_range
 
@@ -24,7 +24,8 @@ from cdpr.plugins.inertia import Inertia, check_held, check_range
 class RigidBodyBackend(Backend):
     """Backend on an engine that integrates a rigid body under an applied wrench.
 
-    The engine's file implements `build`, `write`, `read` and `advance`. This class evaluates the cable geometry and the
+    The engine's file implements `build`, `write`, `read` and `advance`, and `push` if `applied` is no array of the
+    engine. This class evaluates the cable geometry and the
     tensions once per physics step, for all cable models (declared as the property `cable_models`). `frame` describes
     the body to build. The frame of a free platform is at the centre of mass along the principal axes. A guided platform
     (`frame.guide`) has its frame at the origin; it moves by slides along world axes and then a hinge, or rotates on a
@@ -67,9 +68,16 @@ class RigidBodyBackend(Backend):
         self.frame = BodyFrame(robot)
         check_range(self.frame, self._title, self.smallest, self.slimmest)
         self.body = np.zeros(13)
+        self.assemble()
+
+    def assemble(self) -> None:
+        """Build the world, and bind the operations to its arrays.
+
+        An engine calls it again if `build` depends on something that changed, such as the environment in `surround`.
+        """
+        robot, frame = self.robot, self.frame
         self.applied = np.zeros(6)
         self.build()
-        frame = self.frame
         self._wanted = np.zeros(13)
         self._place = bind("body_state", offset=frame.offset, state=self._wanted, body=self.body)
         self._pull: Callable[[], object] = bind(
@@ -85,7 +93,7 @@ class RigidBodyBackend(Backend):
         self.winches: Winches | None = None
         if not immediate(robot):
             self.winches = winches = Winches(
-                robot, frame, self.gravity, self.command, self.external, self.body, self.applied, physics_step
+                robot, frame, self.gravity, self.command, self.external, self.body, self.applied, self.physics_step
             )
             self._pull, self.highest = winches.step, winches.highest
 
@@ -101,9 +109,12 @@ class RigidBodyBackend(Backend):
     def read(self) -> None:
         """Read the engine's body into `body`."""
 
+    def push(self) -> None:
+        """Write `applied` into the engine, for its next step; by default `advance` does that."""
+
     @abstractmethod
     def advance(self) -> None:
-        """Advance the engine by one physics step under gravity and `applied`."""
+        """Advance the engine's world by one physics step under gravity and what `push` wrote."""
 
     def load_body(self) -> None:
         """Give the engine the mass properties of `frame` and, for a free platform, the state `body`.
@@ -160,20 +171,33 @@ class RigidBodyBackend(Backend):
         """Advance by n physics steps."""
         for _ in range(n):
             self._pull()
+            self.push()
             self.advance()
             self.read()
         self._publish()
 
     def operations(self, n: int) -> Operations:
         """Return the operations of n physics steps; all but those of the engine are compiled."""
-        engine = (
-            self.engine_operations() if speaks_for(self.engine_operations, self.advance) else [self.advance, self.read]
-        )
-        return [operation for _ in range(n) for operation in (self._pull, *engine)] + [self._publish]
+        does = self.push, self.advance, self.read, self.engine_phases
+        if all(speaks_for(self.engine_operations, each) for each in does):
+            return [self._pull, *self.engine_operations()] * n + [self._publish]
+        return self.phases().several(n)
+
+    def phases(self) -> Phases:
+        """Return the operations of a physics step by phase; all but those of the engine are compiled."""
+        does = self.push, self.advance, self.read
+        known = all(speaks_for(self.engine_phases, each) for each in does)
+        load, step, read, _ = self.engine_phases() if known else RigidBodyBackend.engine_phases(self)
+        return Phases([self._pull, *load], step, read, [self._publish])
+
+    def engine_phases(self) -> Phases:
+        """Return the operations of `push`, `advance` and `read`, as in `operations`; kernels may replace them."""
+        return Phases([self.push], [self.advance], [self.read])
 
     def engine_operations(self) -> Operations:
-        """Return the operations of `advance` and then `read`, as in `operations`; kernels may replace them."""
-        return [self.advance, self.read]
+        """Return the operations of `push`, `advance` and `read` in one list, which may join operations of Python."""
+        load, step, read, _ = self.engine_phases()
+        return [*load, *step, *read]
 
     def read_tension(self, tension: Array) -> None:
         """Write the tensions (m,)."""

@@ -86,7 +86,7 @@ class ShapeSection(Section):
 
 
 class ObstacleSection(Section):
-    """Obstacle that cables should not touch: workspaces and runs check it; it has no effect on the motion."""
+    """Obstacle that cables should not touch: workspaces and runs check it. The platform touches it with `contact`."""
 
     needs: ClassVar[Needs] = of_run(mjcf=UNDRAWN, sdf=UNDRAWN, urdf=UNDRAWN)
     name: str | None = Field(None, min_length=1, description="name; default: obstacle 1, obstacle 2, ...")

@@ -130,7 +130,9 @@ class PlatformSection(Section):
         description="centre of mass from the platform's origin, platform axes",
         json_schema_extra=unit("m"),
     )
-    shape: ShapeSection | None = Field(None, description="for drawing only: a box, a sphere, a cylinder or a mesh")
+    shape: ShapeSection | None = Field(
+        None, description="for drawing and for `world.contact`: a box, a sphere, a cylinder or a mesh"
+    )
     colour: Colour | None = Field(None, description="colour in drawings")
     tools: Tools = Field(
         {},

@@ -19,8 +19,8 @@ from cdpr.scenario.initial import Initial
 from cdpr.scenario.mesh import hull_of
 from cdpr.scenario.motion_checks import MotionChecks
 from cdpr.scenario.motions import Motion
-from cdpr.scenario.robot_schema import CablesSection, cable_name
-from cdpr.scenario.schema import Log, Simulation
+from cdpr.scenario.robot_schema import CablesSection, PlatformSection, cable_name
+from cdpr.scenario.schema import Log, Simulation, World
 
 MAX_STEPS = 1e8
 
@@ -36,6 +36,7 @@ class RunChecks(Checks):
         motion.load()
         self.do(self.start)
         self._obstacles()
+        self._contact()
         if simulation:
             self._steps(simulation)
             log = self.section(Log, ("log",))
@@ -82,6 +83,15 @@ class RunChecks(Checks):
                 hull_of(os.path.join(self.document.folder, section.mesh))
             except UnreadableError as error:
                 self.add_problem(path, str(error))
+
+    def _contact(self) -> None:
+        """Report contact of a platform without a shape."""
+        world, platform = self.section(World, ("world",)), self.section(PlatformSection, ("robot", "platform"))
+        if world and world.contact and platform and platform.shape is None:
+            self.add_problem(
+                ("world", "contact"),
+                "expected a platform with a shape, which touches the obstacles: add robot.platform.shape",
+            )
 
     def _steps(self, simulation: Simulation) -> None:
         duration, control, physics = simulation.duration, simulation.control_step, simulation.physics_step

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import AfterValidator, Field, PrivateAttr
@@ -20,11 +21,26 @@ from cdpr.scenario.robot_schema import DofName, RobotSection, in_order
 
 MAX_SEED = 2**63 - 1
 
+NO_CONTACT = no("exported plants have no contact")
+NOT_EXPORTED = left_out("not exported")
+
 
 class World(Section):
     """Surroundings of the robot."""
 
-    needs: ClassVar[Mapping[str, Needs]] = {"gravity": Needs(urdf=left_out("URDF has no gravity"))}
+    needs: ClassVar[Mapping[str, Needs]] = {
+        "gravity": Needs(urdf=left_out("URDF has no gravity")),
+        "contact": replace(
+            of_run(
+                plant_fmu=NO_CONTACT,
+                controller_fmu=NO_CONTACT,
+                mjcf=NOT_EXPORTED,
+                sdf=NOT_EXPORTED,
+                urdf=NOT_EXPORTED,
+            ),
+            backend={"surroundings": "obstacles"},
+        ),
+    }
 
     gravity: Vector3 = Field(
         (0.0, 0.0, -9.81),
@@ -32,7 +48,14 @@ class World(Section):
         json_schema_extra=unit("m/s^2"),
     )
     obstacles: tuple[ObstacleSection, ...] = Field(
-        (), description="obstacles of the cables; for workspaces and clearances, without effect on the motion"
+        (),
+        description="obstacles of the cables; for workspaces and clearances, without effect on the motion unless "
+        "`contact` is set",
+    )
+    contact: bool = Field(
+        False,
+        description="the platform touches the obstacles with its shape; only on backends that declare it, which those "
+        "of cdpr do not yet",
     )
 
 

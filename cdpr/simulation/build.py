@@ -21,7 +21,7 @@ from cdpr.cables import COMMANDED, with_model
 from cdpr.fmu.read.options import FmuFile
 from cdpr.link.options import PeerOptions
 from cdpr.model import Robot
-from cdpr.plugins import Backend, Controller, TensionSolver
+from cdpr.plugins import Backend, Controller, Environment, TensionSolver
 from cdpr.plugins.controller import OUTPUTS, Output
 from cdpr.plugins.registry import Registered, Role
 from cdpr.scenario import Scenario
@@ -94,6 +94,8 @@ def build(scenario: Scenario) -> Parts:
             plant, gravity, simulation.physics_step, scenario.backend_options(simulation.backend)
         )
         opened.callback(backend.close)
+        if scenario.world.contact:
+            backend.surround(Environment(obstacles=scenario.obstacles))
         if scenario.actuators is not None:
             from cdpr.simulation.actuators import actuated  # also enables the check for all modules that run FMUs
 

@@ -334,7 +334,7 @@ class Loop:
         deciding = (
             Operation("controller", law, self._refuse_code) if law else Operation("controller", decide, timed=True)
         )
-        self._moving = moving(backend, parts.substeps)
+        self._moving = moving([backend], parts.substeps)
         reading_clock, checking_clock = clock_operations(backend)
         self.advancing = [
             Operation("command", bind("copy", source=self.tension, target=backend.command)),
@@ -357,7 +357,7 @@ class Loop:
     def _rebind(self) -> None:
         """Take the compiled operations of the backend again, which may depend on the mass of the platform."""
         first = self.advancing.index(self._moving[0])
-        again = moving(self.parts.backend, self.parts.substeps)
+        again = moving([self.parts.backend], self.parts.substeps)
         for at, (before, now) in enumerate(zip(self._moving, again, strict=True)):
             if now.do is not before.do and all(pipeline.swap(before, now) for pipeline in self._pipelines()):
                 self.advancing[first + at] = self._moving[at] = now

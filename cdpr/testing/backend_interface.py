@@ -12,6 +12,8 @@ import numpy as np
 
 from cdpr.base.errors import CdprError
 from cdpr.model.robot import Array
+from cdpr.plugins import Backend
+from cdpr.tension.operations import Operation, perform
 from cdpr.testing import samples
 from cdpr.testing.check import Check, expect, expect_close, expect_same_bits, needs
 from cdpr.testing.columns import expect_written
@@ -91,6 +93,27 @@ def steps_add_up(subject: BackendSubject) -> None:
     for _ in range(10):
         parts.step(1)
     expect_close(parts.state, whole.state, 1e-12, "ten steps of one against one of ten")
+
+
+def operations_make_a_step(subject: BackendSubject) -> None:
+    """The operations of `operations` and those of `phases` give the same bits as `step`."""
+    start, steps = samples.state(np.random.default_rng(10), tilt=0.3), 20
+
+    def loaded() -> Backend:
+        backend = subject.make(start)
+        backend.command[:], backend.external[:] = np.linspace(50.0, 120.0, 8), [50.0, 20.0, -30.0, 5.0, 4.0, 3.0]
+        return backend
+
+    whole, parted, phased = loaded(), loaded(), loaded()
+    operations, phases = parted.operations(steps), phased.phases()
+    needs(operations or phases, "its step is not made of operations")
+    whole.step(steps)
+    if operations:
+        perform([Operation("", do, parted.refuse) for do in operations])
+        expect_same_bits(parted.state, whole.state, "state after the operations of 20 steps")
+    if phases:
+        perform([Operation("", do, phased.refuse) for do in phases.several(steps)])
+        expect_same_bits(phased.state, whole.state, "state after the phases of 20 steps")
 
 
 def instances_are_apart(subject: BackendSubject) -> None:
@@ -198,6 +221,7 @@ CHECKS = [
         reset_forgets,
         platform_is_renewed,
         steps_add_up,
+        operations_make_a_step,
         instances_are_apart,
         snapshot_restores,
         columns_are_written,

@@ -20,6 +20,7 @@ from cdpr.testing import (
     backend_interface,
     backend_load,
     backend_physics,
+    backend_surroundings,
     backend_winches,
     controller,
     solver_answers,
@@ -36,6 +37,7 @@ BACKEND: list[Check[BackendSubject]] = [
     *backend_winches.CHECKS,
     *backend_guided.CHECKS,
     *backend_load.CHECKS,
+    *backend_surroundings.CHECKS,
 ]
 SOLVER: list[Check[SolverSubject]] = [*solver_interface.CHECKS, *solver_answers.CHECKS]
 CONTROLLER: list[Check[ControllerSubject]] = controller.CHECKS
@@ -62,8 +64,8 @@ def check_backend(
 
     Args:
         factory: target of the plugin's `PluginInfo.factory`.
-        properties: declared properties: `order`, `snapshot` and `load` (True if supported), `threads`, `speed_max`
-            (m/s, if it clamps).
+        properties: declared properties: `order`, `snapshot` and `load` (True if supported), `surroundings` (supported
+            fields of `Environment`), `threads`, `speed_max` (m/s, if it clamps).
         options: instance of its options model; None by default.
         columns: declared columns; by default the attribute `columns` of the factory.
         expected_failures: reason by id of each check that is known to fail.

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from cdpr.base.errors import PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array
-from cdpr.plugins import Backend, Column, Controller, ControllerInputs, TensionSolver
+from cdpr.plugins import Backend, Column, Controller, ControllerInputs, Environment, TensionSolver
 from cdpr.plugins.controller import COMMANDS
 from cdpr.plugins.registry import with_arrays
 from cdpr.tension import Status
@@ -65,10 +65,19 @@ class _Subject:
 class BackendSubject(_Subject):
     """A backend under test."""
 
-    def make(self, state: Array, robot: Robot | None = None, gravity: Array = GRAVITY, step: float = 1e-3) -> Backend:
+    def make(
+        self,
+        state: Array,
+        robot: Robot | None = None,
+        gravity: Array = GRAVITY,
+        step: float = 1e-3,
+        environment: Environment | None = None,
+    ) -> Backend:
         """Create a plant in `state` (13,); by default the free robot with its centre of mass off the origin."""
         backend: Backend = self._create(robot or samples.free(), gravity, step, self.options)
         self._open.append(backend)
+        if environment is not None:
+            backend.surround(environment)
         backend.reset(state)
         return backend
 

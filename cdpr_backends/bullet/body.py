@@ -14,7 +14,7 @@ from cdpr.model import rotations
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.plugins import RigidBodyBackend
-from cdpr.plugins.backend import Operations
+from cdpr.plugins.backend import Operations, Phases
 from cdpr.plugins.inertia import Inertia
 from cdpr.plugins.snapshots import put_back, save
 from cdpr_backends.bullet.world import (
@@ -56,7 +56,6 @@ class BulletBackend(RigidBodyBackend):
     def write(self) -> None:
         """Set Bullet's body to the state in `body`."""
         self._plant.write()
-        self._plant.fetch()
 
     def load_body(self) -> None:
         """Give Bullet's body its mass properties and the state in `body`."""
@@ -73,15 +72,25 @@ class BulletBackend(RigidBodyBackend):
 
     def read(self) -> None:
         """Read Bullet's body into `body`."""
+        self._plant.fetch()
         self._plant.publish()
 
-    def advance(self) -> None:
-        """Advance by one physics step."""
+    def push(self) -> None:
+        """Write the loads into Bullet."""
         self._plant.load()
-        self._plant.move()
+        self._plant.push()
+
+    def advance(self) -> None:
+        """Advance Bullet by one physics step."""
+        self._plant.advance()
+
+    def engine_phases(self) -> Phases:
+        """Return the Python operations of Bullet, and the compiled operations before and after them."""
+        plant = self._plant
+        return Phases([plant.load, plant.push], [plant.advance], [plant.fetch, plant.publish])
 
     def engine_operations(self) -> Operations:
-        """Return the step of Bullet as one Python operation, and the compiled operations before and after it."""
+        """Return the same with one Python operation, in less time."""
         return [self._plant.load, self._plant.move, self._plant.publish]
 
     def snapshot(self) -> object:
@@ -96,7 +105,6 @@ class BulletBackend(RigidBodyBackend):
             self._plant.use(client.number, number)
         engine.restore()
         put_back(arrays, self.arrays)
-        self._plant.fetch()
         self.read()
 
     @property
@@ -116,7 +124,9 @@ class Plant:
         home: (3,) position of the joints of a guided platform in the world frame.
         client, number, link: Bullet's numbers of the world, the body, and its link with the platform's mass.
         load: operation that writes the loads for Bullet.
-        move: function that applies the loads in Bullet, steps and fetches.
+        push: function that applies the loads in Bullet.
+        advance: function that steps Bullet's world.
+        move: function that pushes, advances and fetches.
         fetch: function that gets the pose and the velocities from Bullet.
         publish: operation that writes them into the body state.
     """
@@ -126,6 +136,8 @@ class Plant:
     number: int
     link: int
     load: Callable[[], object]
+    push: Callable[[], None]
+    advance: Callable[[], None]
     move: Callable[[], None]
     fetch: Callable[[], None]
     publish: Callable[[], object]
@@ -157,13 +169,21 @@ class Free(Plant):
             v, w = velocity(number, client)
             put_base(into, 0, *at, *q, *v, *w)
 
+        def apply() -> None:
+            push(number, BASE, get_vector(outof, 0), at, world, client)
+            turn(number, BASE, get_vector(outof, 24), world, client)
+
+        def advance() -> None:
+            step(client)
+
         def move() -> None:
             push(number, BASE, get_vector(outof, 0), at, world, client)
             turn(number, BASE, get_vector(outof, 24), world, client)
             step(client)
             fetch()
 
-        self.load, self.move = bind("copy", source=applied, target=loads), move
+        self.load, self.push = bind("copy", source=applied, target=loads), apply
+        self.advance, self.move = advance, move
         self.fetch, self.publish = fetch, bind("bullet_base_state", base=base, body=body)
 
     def load_body(self, mass: float, moments: Array) -> None:
@@ -212,6 +232,12 @@ class Guided(Plant):
             put(positions, 0, *[state[0] for state in found])
             put(rates, 0, *[state[1] for state in found])
 
+        def apply() -> None:
+            drive(number, joints, torque, forces=push.tolist(), physicsClientId=client)
+
+        def advance() -> None:
+            step(client)
+
         def move() -> None:
             drive(number, joints, torque, forces=push.tolist(), physicsClientId=client)
             step(client)
@@ -222,7 +248,8 @@ class Guided(Plant):
             self.client, self.number = client, number = world, body
 
         self.use, self._coordinates = use, (q, u)
-        self.load, self.move = bind("guide_forces", rows=guide.rows, applied=applied, forces=forces), move
+        self.load = bind("guide_forces", rows=guide.rows, applied=applied, forces=forces)
+        self.push, self.advance, self.move = apply, advance, move
         self.fetch = fetch
         self.publish = bind(
             "guide_state", guide=guide.packed, rows=guide.rows, home=self.home, coordinate=q, rate=u, body=body
@@ -274,6 +301,12 @@ class Ball(Plant):
             q, w, _, _ = state(number, 0, client)
             put_joint(into, 0, *q, *w)
 
+        def apply() -> None:
+            turn(number, 0, get_vector(outof, 0), world, client)
+
+        def advance() -> None:
+            step(client)
+
         def move() -> None:
             turn(number, 0, get_vector(outof, 0), world, client)
             step(client)
@@ -284,7 +317,8 @@ class Ball(Plant):
             self.client, self.number = client, number = world, body
 
         self.use = use
-        self.load, self.move = bind("copy", source=applied[3:], target=moment), move
+        self.load, self.push = bind("copy", source=applied[3:], target=moment), apply
+        self.advance, self.move = advance, move
         self.fetch = fetch
         self.publish = bind("bullet_ball_state", home=self.home, axes=self.axes, joint=joint, body=body)
 

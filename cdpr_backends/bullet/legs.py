@@ -37,7 +37,6 @@ class BulletUps(UpsBackend):
         platform = Free(client.number, self.frame.mass, self.frame.moments, self.body, self.applied)
         platform.write()
         self._use(client, platform, [add_leg(client.number, platform.number, leg) for leg in self.legs()])
-        platform.fetch()
 
     def _use(self, client: Client, platform: Free, legs: list[int]) -> None:
         self._client, self._platform, self._legs = client, platform, legs
@@ -52,17 +51,22 @@ class BulletUps(UpsBackend):
 
     def read(self) -> None:
         """Read Bullet's body into `body`."""
+        self._platform.fetch()
         self._platform.publish()
 
-    def advance(self) -> None:
-        """Advance by one physics step."""
+    def push(self) -> None:
+        """Write the wrench and the joint forces of the legs into Bullet."""
         client = self._client.number
         rates = [[state[1] for state in pybullet.getJointStates(leg, JOINTS, client)] for leg in self._legs]
         for leg, forces in zip(self._legs, self.forces(np.array(rates)).tolist(), strict=True):
             for joint, force in zip(JOINTS, forces, strict=True):
                 pybullet.setJointMotorControl2(leg, joint, pybullet.TORQUE_CONTROL, force=force, physicsClientId=client)
         self._platform.load()
-        self._platform.move()
+        self._platform.push()
+
+    def advance(self) -> None:
+        """Advance Bullet by one physics step."""
+        self._platform.advance()
 
     def snapshot(self) -> object:
         """Return the world, the state of Bullet and copies of the arrays."""
@@ -74,7 +78,6 @@ class BulletUps(UpsBackend):
         self._use(*world)
         engine.restore()
         put_back(arrays, self.arrays)
-        self._platform.fetch()
         self.read()
 
     def close(self) -> None:

@@ -11,7 +11,7 @@ import numpy as np
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.plugins import RigidBodyBackend
-from cdpr.plugins.backend import Operations
+from cdpr.plugins.backend import Operations, Phases
 from cdpr.plugins.inertia import Inertia
 from cdpr.plugins.snapshots import put_back, save
 from cdpr_backends.dart.joints import BallJoint, FreeJoint, GuideJoints
@@ -40,25 +40,38 @@ class DartBackend(RigidBodyBackend):
             self.joints = GuideJoints(world, frame, frame.guide, body)
             forces = np.zeros(self.joints.skeleton.getNumDofs())
             self._load = bind("dart_guide_forces", rows=frame.guide.rows, body=body, applied=applied, forces=forces)
-        push, step, moved, get_time = self.joints.push, world.step, self.joints.moved, world.getTime
+        set_forces, step, moved, get_time = self.joints.push, world.step, self.joints.moved, world.getTime
         self._time = np.zeros(1)
         first, time = forces.data, self._time.data
 
-        def dart() -> None:
+        def push() -> None:
+            if not isnan(first[0]):
+                set_forces(forces)
+
+        def fetch() -> None:
             if isnan(first[0]):
                 body[:] = np.nan
             else:
-                push(forces)
+                moved()
+            time[0] = get_time()
+
+        def dart() -> None:  # in one call, which is quicker
+            if isnan(first[0]):
+                body[:] = np.nan
+            else:
+                set_forces(forces)
                 step()
                 moved()
             time[0] = get_time()
 
-        self._dart = dart
+        self._push, self._fetch, self._dart = push, fetch, dart
+        self._pushed = False  # and not yet read, by Python
 
     def write(self) -> None:
         """Set DART's body to the state in `body`."""
         self.world.reset()
         self.joints.write()
+        self._pushed = False
 
     def load_body(self) -> None:
         """Give DART's body its mass properties and the state in `body`."""
@@ -69,15 +82,27 @@ class DartBackend(RigidBodyBackend):
         return self.joints.held()
 
     def read(self) -> None:
-        """Do nothing; `moved` already reads the body after each step."""
+        """Read DART's body into `body` after a step; `write` leaves it there."""
+        if self._pushed:
+            self._fetch()
+            self._pushed = False
+
+    def push(self) -> None:
+        """Write the forces of the joints into DART."""
+        self._load()
+        self._push()
+        self._pushed = True
 
     def advance(self) -> None:
-        """Advance by one physics step."""
-        self._load()
-        self._dart()
+        """Advance DART by one physics step."""
+        self.world.step()
+
+    def engine_phases(self) -> Phases:
+        """Return the compiled operation before the step of DART, and the Python operations of DART."""
+        return Phases([self._load, self._push], [self.world.step], [self._fetch])
 
     def engine_operations(self) -> Operations:
-        """Return the compiled operation before the step of DART, and the step as one Python operation."""
+        """Return the same with one Python operation."""
         return [self._load, self._dart]
 
     def engine_time(self) -> float:

@@ -9,7 +9,7 @@ from typing import Any
 import mujoco
 
 from cdpr.plugins import RigidBodyBackend
-from cdpr.plugins.backend import Operations
+from cdpr.plugins.backend import Phases
 from cdpr.plugins.inertia import Inertia
 from cdpr.plugins.snapshots import put_back, save
 from cdpr_backends.mujoco.direct import Direct
@@ -23,13 +23,17 @@ class MujocoBackend(InWorld, RigidBodyBackend):
 
     def build(self) -> None:
         """Build the world."""
-        self._first = world = World(self.frame, specify(self.frame, self.gravity, self.physics_step, "euler"))
+        self._first = world = World(self.frame, self.specify())
         self._first_robot = self.robot
         self._general: World | None = None
         self._apply: list[Callable[[], object]] = []
         if self.frame.guide is None:
             self.applied = world.data.xfrc_applied[PLATFORM]  # MuJoCo's array, valid until it is rewritten
         self._use(world)
+
+    def specify(self, *, general: bool = False) -> mujoco.MjSpec:
+        """Return the description of the world; a derived backend can add to it."""
+        return specify(self.frame, self.gravity, self.physics_step, "euler", general=general)
 
     def _use(self, world: World) -> None:
         self._world = world
@@ -57,8 +61,7 @@ class MujocoBackend(InWorld, RigidBodyBackend):
 
     def _change_world(self) -> None:
         if self._general is None:
-            spec = specify(self.frame, self.gravity, self.physics_step, "euler", general=True)
-            self._general = World(self.frame, spec)
+            self._general = World(self.frame, self.specify(general=True))
         same = self.robot.inertial.tobytes() == self._first_robot.inertial.tobytes()
         world = self._first if same else self._general
         if world is not self._world:
@@ -79,16 +82,19 @@ class MujocoBackend(InWorld, RigidBodyBackend):
         """Read MuJoCo's body into `body`."""
         self._read()
 
-    def advance(self) -> None:
-        """Advance by one physics step."""
+    def push(self) -> None:
+        """Write the wrench of a guided platform into MuJoCo."""
         for apply in self._apply:
             apply()
+
+    def advance(self) -> None:
+        """Advance MuJoCo by one physics step."""
         self._step()
 
-    def engine_operations(self) -> Operations:
+    def engine_phases(self) -> Phases:
         """Return the step and the operations before and after it, all compiled if MuJoCo can be called directly."""
         direct = self._direct
-        return [*self._apply, self._step if direct is None else direct.step, self._read]
+        return Phases([*self._apply], [self._step if direct is None else direct.step], [self._read])
 
     def snapshot(self) -> object:
         """Return the state of MuJoCo and copies of the arrays."""

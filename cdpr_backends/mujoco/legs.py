@@ -62,10 +62,13 @@ class MujocoUps(UpsBackend):
         """Read MuJoCo's body into `body`."""
         self._read()
 
-    def advance(self) -> None:
-        """Advance by one physics step."""
+    def push(self) -> None:
+        """Write the wrench and the joint forces of the legs into MuJoCo."""
         self._joint_forces[:] = self.forces(self._joint_rates)
         self._wrench[:] = self.applied
+
+    def advance(self) -> None:
+        """Advance MuJoCo by one physics step."""
         mujoco.mj_step(self._world.model, self._world.data)
 
     def engine_time(self) -> float:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import load_mutants
 import numpy as np
+import surroundings_mutants
 from cdpr_traps.backend import (
     AutoReset,
     BodyFrameBothWays,
@@ -27,6 +28,7 @@ from cdpr_traps.backend import (
 from cdpr.base.errors import PluginError
 from cdpr.model import rotations
 from cdpr.plugins import Column
+from cdpr.plugins.backend import Phases
 
 
 class Momentary(Wrapped):
@@ -37,6 +39,13 @@ class Momentary(Wrapped):
         kept, self.external = self.external, np.zeros(6)
         super().step(n - min(n, 1))
         self.external = kept
+
+
+class Unread(Wrapped):
+    """Its phases do not publish the state after the step."""
+
+    def phases(self):
+        return Phases([], [lambda: self.inner.step(1)], [])
 
 
 class Sleeping(Wrapped):
@@ -333,6 +342,7 @@ ORDER = {"order": 4}
 # Broken backend -> what it declares, and the checks that must fail. It may fail others too.
 MUTANTS = {
     **load_mutants.MUTANTS,
+    **surroundings_mutants.MUTANTS,
     Unlogged: ({}, ["columns_are_written"]),
     BodyFrameRead: ({}, ["state_round_trip", "state_is_current"]),
     BodyFrameBothWays: ({}, ["state_is_current", "tumbling_keeps_energy_and_momentum"]),
@@ -363,6 +373,7 @@ MUTANTS = {
     Ageing: ({}, ["made_and_closed_twice"]),
     Unforgetting: ({}, ["reset_forgets"]),
     Unladen: ({}, ["platform_is_renewed"]),
+    Unread: ({}, ["operations_make_a_step"]),
     Sharing: ({}, ["instances_are_apart"]),
     HalfSnapshot: ({"snapshot": True}, ["snapshot_restores"]),
     RunningClock: ({}, ["clock_counts_steps"]),

@@ -106,7 +106,7 @@ def test_a_wrong_value_for_a_number(case, third):
         ("[0, 0, -9.81]", "[0, 0, 0, -9.81]", "world.gravity", "expected 3 numbers (m/s^2), got 4"),
         ("[0, 0, -9.81]", "-9.81", "world.gravity", "expected 3 numbers (m/s^2), got -9.81"),
         ("[0, 0, -9.81]", "", "world.gravity", "expected 3 numbers (m/s^2), got null"),
-        ("{gravity: [0, 0, -9.81]}", "5", "world", "expected a mapping (gravity, obstacles), got 5"),
+        ("{gravity: [0, 0, -9.81]}", "5", "world", "expected a mapping (gravity, obstacles, contact), got 5"),
         (
             "infeasible: stop",
             "infeasible: stopp",
