@@ -35,7 +35,9 @@ class ReferenceOptions(PluginOptions):
 
 def _legs(cables: str) -> dict[str, Any]:
     """Return the properties of rigid legs, whose mass and joints change the plant, so that its order is unknown."""
-    return {"cables": "ups", "exits": (), "order": 0, "scheme": "constrained"} if cables == "ups" else {}
+    return (
+        {"cables": "ups", "exits": (), "features": (), "order": 0, "scheme": "constrained"} if cables == "ups" else {}
+    )
 
 
 class LegOptions(PluginOptions):
@@ -85,7 +87,7 @@ class MujocoOptions(LegOptions):
         """
         if self.cables != "native":
             return _legs(self.cables)
-        return {"exits": (), **({"order": 4, "scheme": ""} if self.integrator == "rk4" else {})}
+        return {"exits": (), "features": (), **({"order": 4, "scheme": ""} if self.integrator == "rk4" else {})}
 
 
 class BulletOptions(LegOptions):
@@ -170,6 +172,7 @@ def cdpr_backends() -> list[PluginInfo]:
                 "load": True,
                 "threads": True,
                 **OUR_CABLES,
+                "features": ("moving_anchors",),
                 "scheme": "rk4",
                 "schemes": ["rk4", EULER],
             },
@@ -186,6 +189,7 @@ def cdpr_backends() -> list[PluginInfo]:
                 "snapshot": True,
                 "load": True,
                 **OUR_CABLES,
+                "features": ("moving_anchors",),
                 "scheme": EULER,
             },
             options=MujocoOptions,
@@ -201,6 +205,7 @@ def cdpr_backends() -> list[PluginInfo]:
                 "snapshot": True,
                 "load": True,
                 **OUR_CABLES,
+                "features": ("moving_anchors",),
                 "scheme": EULER,
             },
             options=BulletOptions,
@@ -216,6 +221,7 @@ def cdpr_backends() -> list[PluginInfo]:
                 "snapshot": True,
                 "load": True,
                 **OUR_CABLES,
+                "features": ("moving_anchors",),
                 "scheme": EULER,
             },
             options=DartOptions,
