@@ -103,7 +103,7 @@ class Backend(ABC):
         raise PluginError(f"{type(self).__name__} cannot change the mass of the platform during a run")
 
     def follow(self, anchors: Anchors) -> None:
-        """Use anchors on the frame that move from now on; called at most once, before the first `reset`.
+        """Use anchors on the frame that move from now on; called at most once, before a `reset`.
 
         The backend evaluates `anchors` whenever it evaluates its cables, at the time of that evaluation, see
         `PlantAnchors` of `cdpr.mechanics.anchors`. Backends that support this declare `moving_anchors` in the property

@@ -10,6 +10,7 @@ import os
 from dataclasses import replace
 from pathlib import Path
 
+import anchor_mutants
 import load_mutants
 import numpy as np
 from cdpr_traps.backend import (
@@ -333,6 +334,7 @@ ORDER = {"order": 4}
 # Broken backend -> what it declares, and the checks that must fail. It may fail others too.
 MUTANTS = {
     **load_mutants.MUTANTS,
+    **anchor_mutants.MUTANTS,
     Unlogged: ({}, ["columns_are_written"]),
     BodyFrameRead: ({}, ["state_round_trip", "state_is_current"]),
     BodyFrameBothWays: ({}, ["state_is_current", "tumbling_keeps_energy_and_momentum"]),
