@@ -34,13 +34,12 @@ def uniform_motion_changes_nothing(subject: BackendSubject) -> None:
     anchors = Anchors(robot)
     rest = anchors.position.copy()
 
-    @MOTION
     def carry(_: int, time: float) -> int:
         anchors.position[:] = rest + time * VELOCITY
         anchors.velocity[:] = VELOCITY
         return 0
 
-    anchors.move(Foreign(carry, anchors.values))
+    anchors.move(Foreign(MOTION(carry), anchors.values))
     still, carried = subject.make(start), subject.make(start)
     still.command[:] = carried.command[:] = np.linspace(200.0, 900.0, robot.m)
     still.step(STEPS)
