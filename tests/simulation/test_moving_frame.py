@@ -124,7 +124,7 @@ def test_a_motion_that_fails_ends_the_run(run, backend):
         run(CAROCA, Broken, **{"simulation.backend": backend})
 
 
-def test_what_loops_do_not_support(run):
+def test_unsupported_combinations(run):
     with pytest.raises(CdprError, match="expected one part that moves them, got 'carriage', 'carriage'"):
         run(CAROCA, carriage, carriage)
     with pytest.raises(CdprError, match="expected cables that leave from points, got exit pulley"):
