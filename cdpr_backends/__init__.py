@@ -45,7 +45,14 @@ def _legs(cables: str) -> dict[str, Any]:
     """Return the properties of rigid legs, whose mass and joints change the plant, so that its order is unknown."""
     if cables != "ups":
         return {}
-    return {"cables": "ups", "exits": (), "order": 0, "scheme": "constrained", "works": {"rigid legs": ""}}
+    return {
+        "cables": "ups",
+        "exits": (),
+        "features": (),
+        "order": 0,
+        "scheme": "constrained",
+        "works": {"rigid legs": ""},
+    }
 
 
 class LegOptions(PluginOptions):
@@ -95,7 +102,7 @@ class MujocoOptions(LegOptions):
         """
         if self.cables != "native":
             return _legs(self.cables)
-        return {"exits": (), **({"order": 4, "scheme": ""} if self.integrator == "rk4" else {})}
+        return {"exits": (), "features": (), **({"order": 4, "scheme": ""} if self.integrator == "rk4" else {})}
 
 
 class BulletOptions(LegOptions):
@@ -180,6 +187,7 @@ def cdpr_backends() -> list[PluginInfo]:
                 "load": True,
                 "threads": True,
                 **OUR_CABLES,
+                "features": ("moving_anchors",),
                 "scheme": "rk4",
                 "schemes": ["rk4", EULER],
             },
@@ -197,6 +205,7 @@ def cdpr_backends() -> list[PluginInfo]:
                 "load": True,
                 **OUR_CABLES,
                 **MUJOCO_RANGE,
+                "features": ("moving_anchors",),
                 "scheme": EULER,
             },
             options=MujocoOptions,
@@ -213,6 +222,7 @@ def cdpr_backends() -> list[PluginInfo]:
                 "load": True,
                 **OUR_CABLES,
                 **BULLET_RANGE,
+                "features": ("moving_anchors",),
                 "scheme": EULER,
             },
             options=BulletOptions,
@@ -229,6 +239,7 @@ def cdpr_backends() -> list[PluginInfo]:
                 "load": True,
                 **OUR_CABLES,
                 **DART_RANGE,
+                "features": ("moving_anchors",),
                 "scheme": EULER,
             },
             options=DartOptions,

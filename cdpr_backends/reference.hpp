@@ -6,6 +6,7 @@
 // omega = R I^-1 R^T L. `inertial` (4): mass, kg, and principal moments, kg m^2.
 #pragma once
 
+#include <cdpr/mechanics/anchors.hpp>
 #include <cdpr/mechanics/body_frame.hpp>
 #include <cdpr/scheme.hpp>
 
@@ -85,14 +86,18 @@ template <class T> struct ReferenceStep {
 };
 
 // Advance body and momentum.
-template <bool eight, class T> CDPR_INLINE void advance(ReferenceStep<T>& plant) {
+template <bool eight, class T, class Anchors> CDPR_INLINE void advance(ReferenceStep<T>& plant, Anchors& anchors) {
     const Vector<T> zero = {0.0, 0.0, 0.0};
     const free_body::Point<T> none = {zero, {0.0, 0.0, 0.0, 0.0}, zero, zero};
     for (int64_t k = 0; k < plant.steps; k++) {
         const free_body::Point<T> start = {vector(plant.body), quaternion(plant.body + 3), vector(plant.body + 7),
                                            vector(plant.momentum)};
-        const free_body::Point<T> end = runge_kutta<T>(
-            start, none, plant.step, [&](free_body::Point<T> at) { return plant.template slope<eight>(at); });
+        const free_body::Point<T> end =
+            runge_kutta<T>(start, none, plant.step, [&](free_body::Point<T> at, double since) {
+                anchors.place(since);
+                return plant.template slope<eight>(at);
+            });
+        anchors.complete_step();
         store(end.p, plant.body);
         store(normalised(end.q), plant.body + 3);
         store(end.v, plant.body + 7);
@@ -100,16 +105,21 @@ template <bool eight, class T> CDPR_INLINE void advance(ReferenceStep<T>& plant)
     }
 }
 
-template <class T> inline int reference_step(ReferenceStep<T>& plant) {
+template <class T, class Anchors> inline int reference_step_with(ReferenceStep<T>& plant, Anchors& anchors) {
     if (!has_anchors<T>(plant.w)) return code(T(double(BAD_INPUT)));
     if (are_eight<T>(plant.w, plant.m))
-        advance<true>(plant);
+        advance<true>(plant, anchors);
     else
-        advance<false>(plant);
+        advance<false>(plant, anchors);
     const Quaternion<T> q = quaternion(plant.body + 3);
     store(free_body::angular_velocity(plant.moments(), q, vector(plant.momentum)), plant.body + 10);
     to_platform(plant.offset, plant.body, plant.state);
     return 0;
+}
+
+template <class T> inline int reference_step(ReferenceStep<T>& plant) {
+    RestingAnchors anchors;
+    return reference_step_with(plant, anchors);
 }
 
 }  // namespace cdpr::CDPR_TARGET

@@ -84,3 +84,4 @@ class ReferenceBackend(Integrator):
         """Set the platform to `state` (13,)."""
         self.state[:] = state
         self._begin()
+        self.restart()

@@ -2,6 +2,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cdpr/mechanics/anchors.hpp>
 #include <cdpr/mechanics/geometry.hpp>
 #include <cdpr/mechanics/guide.hpp>
 #include <cdpr/scheme.hpp>
@@ -40,15 +41,24 @@ template <class T> struct GuidedStep {
     }
 };
 
-template <class T> inline int guided_step(GuidedStep<T>& plant) {
+template <class T, class Anchors> inline int guided_step_with(GuidedStep<T>& plant, Anchors& anchors) {
     if (!has_anchors<T>(plant.w)) return code(T(double(BAD_INPUT)));
     const GuidedMotion<T> none = {{0.0, 0.0, 0.0}, 0.0, {0.0, 0.0, 0.0}, 0.0};
-    for (int64_t k = 0; k < plant.steps; k++)
-        store(runge_kutta<T>(guided_motion(plant.motion), none, plant.step,
-                             [&](GuidedMotion<T> at) { return plant.slope(at); }),
-              plant.motion);
+    for (int64_t k = 0; k < plant.steps; k++) {
+        const auto slope = [&](GuidedMotion<T> at, double since) {
+            anchors.place(since);
+            return plant.slope(at);
+        };
+        store(runge_kutta<T>(guided_motion(plant.motion), none, plant.step, slope), plant.motion);
+        anchors.complete_step();
+    }
     write_state(plant.guide, guided_motion(plant.motion), plant.state);
     return 0;
+}
+
+template <class T> inline int guided_step(GuidedStep<T>& plant) {
+    RestingAnchors anchors;
+    return guided_step_with(plant, anchors);
 }
 
 }  // namespace cdpr::CDPR_TARGET

@@ -47,3 +47,4 @@ class GuidedReference(Integrator):
         axis = self.guide.packed[3:]
         self._motion[:] = [*state[:3], self.guide.angle(state), *self.guide.packed[:3] * state[7:10], axis @ state[10:]]
         self._steps(0)()
+        self.restart()

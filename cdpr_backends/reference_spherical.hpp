@@ -5,6 +5,7 @@
 // omega = R J^-1 R^T L.
 #pragma once
 
+#include <cdpr/mechanics/anchors.hpp>
 #include <cdpr/mechanics/geometry.hpp>
 #include <cdpr/mechanics/spherical.hpp>
 #include <cdpr/scheme.hpp>
@@ -64,19 +65,28 @@ template <class T> struct SphericalStep {
     }
 };
 
-template <class T> inline int spherical_step(SphericalStep<T>& plant) {
+template <class T, class Anchors> inline int spherical_step_with(SphericalStep<T>& plant, Anchors& anchors) {
     if (!has_anchors<T>(plant.w)) return code(T(double(BAD_INPUT)));
     const on_a_ball::Point<T> none = {{0.0, 0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}};
     for (int64_t k = 0; k < plant.steps; k++) {
         const on_a_ball::Point<T> start = {quaternion(plant.state + 3), vector(plant.momentum)};
         const on_a_ball::Point<T> end =
-            runge_kutta<T>(start, none, plant.step, [&](on_a_ball::Point<T> at) { return plant.slope(at); });
+            runge_kutta<T>(start, none, plant.step, [&](on_a_ball::Point<T> at, double since) {
+                anchors.place(since);
+                return plant.slope(at);
+            });
+        anchors.complete_step();
         store(normalised(end.q), plant.state + 3);
         store(end.L, plant.momentum);
     }
     const Quaternion<T> q = quaternion(plant.state + 3);
     store(turned_product(plant.ball().inverse(), q, vector(plant.momentum)), plant.state + 10);
     return 0;
+}
+
+template <class T> inline int spherical_step(SphericalStep<T>& plant) {
+    RestingAnchors anchors;
+    return spherical_step_with(plant, anchors);
 }
 
 }  // namespace cdpr::CDPR_TARGET

@@ -48,3 +48,4 @@ class SphericalReference(Integrator):
         self.state[:] = state
         self.state[7:10] = 0.0
         self._begin()
+        self.restart()

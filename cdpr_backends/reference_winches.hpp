@@ -36,7 +36,8 @@ template <class T> CDPR_INLINE void scatter(const T* point, Plant<T>& plant, int
 }
 
 // Write the time derivatives of body, work and winches at the present geometry and tensions.
-template <class T> inline void write_slopes(const Plant<T>& plant, PlatformDynamics<T>& dynamics, T* slope) {
+template <class T, class Anchors>
+inline void write_slopes(const Plant<T>& plant, PlatformDynamics<T>& dynamics, const Anchors& anchors, T* slope) {
     T acceleration[6];
     dynamics.compute(plant);
     accelerate(plant, dynamics, acceleration);
@@ -49,6 +50,9 @@ template <class T> inline void write_slopes(const Plant<T>& plant, PlatformDynam
     if (plant.has_bent_cables())
         power = sum(power, 0, 6, [&](int64_t i) { return plant.beside[i] * plant.body[7 + i]; });
     slope[13] = difference(power, 0, plant.m, [&](int64_t i) { return plant.tension[i] * plant.rate[i]; });
+    if constexpr (Anchors::moving)
+        for (int64_t i = 0; i < plant.m; i++)
+            slope[13] += plant.tension[i] * dot(direction(plant, i), anchors.velocity(i));
     if (!plant.stretches()) return;
     T *unwinding = slope + 14, *spinning = slope + 14 + plant.m;
     for (int64_t i = 0; i < plant.m; i++) {
@@ -59,21 +63,26 @@ template <class T> inline void write_slopes(const Plant<T>& plant, PlatformDynam
 }
 
 // Advance body, winches and work by one step. The plant is settled at its start: the first stage is already evaluated.
-template <class T> inline void advance(WinchRungeKutta<T>& problem, PlatformDynamics<T>& dynamics) {
+template <class T, class Anchors>
+inline void advance(WinchRungeKutta<T>& problem, PlatformDynamics<T>& dynamics, Anchors& anchors) {
     Plant<T>& plant = problem.plant;
     T *start = problem.point(0), *point = problem.point(1), *slope = problem.point(2), *total = problem.point(3);
     const int64_t size = 14 + (plant.stretches() ? 2 * plant.m : 0);
     gather(plant, start, size);
     for (int64_t i = 0; i < size; i++) total[i] = 0.0;
+    double since = 0.0;
     for (int stage = 0; stage < STAGES; stage++) {
         if (stage > 0) {
             scatter(point, plant, size);
+            anchors.place(since);
             plant_geometry(plant);
+            add_anchor_rates(plant, anchors);
             dynamics.known = false;
-            write_tensions(plant, dynamics);
+            write_tensions(plant, dynamics, anchors);
         }
-        write_slopes(plant, dynamics, slope);
-        const T share = weight(stage), c = reach(stage, problem.step);
+        write_slopes(plant, dynamics, anchors, slope);
+        since = reach(stage, problem.step);
+        const T share = weight(stage), c = since;
         for (int64_t i = 0; i < size; i++) {
             total[i] = total[i] + share * slope[i];
             point[i] = start[i] + c * slope[i];
@@ -86,20 +95,26 @@ template <class T> inline void advance(WinchRungeKutta<T>& problem, PlatformDyna
     // The work is integrated here: nothing is left for `settle` to add.
     for (int64_t i = 0; i < plant.m; i++) plant.tension[i] = 0.0;
     for (int64_t i = 0; i < 6; i++) plant.beside[i] = 0.0;
+    anchors.complete_step();
 }
 
 // Advance by n steps, then write the platform's `state`.
-template <class T> inline int winch_runge_kutta(WinchRungeKutta<T>& problem) {
+template <class T, class Anchors> inline int winch_runge_kutta_with(WinchRungeKutta<T>& problem, Anchors& anchors) {
     Plant<T>& plant = problem.plant;
     for (int64_t k = 0; k < problem.steps; k++) {
         PlatformDynamics<T> dynamics;
-        settle(plant, dynamics);  // at the start of the winches, their states are known only then
-        advance(problem, dynamics);
+        settle(plant, dynamics, anchors);  // at the start of the winches, their states are known only then
+        advance(problem, dynamics, anchors);
     }
     PlatformDynamics<T> dynamics;
-    settle(plant, dynamics);
+    settle(plant, dynamics, anchors);
     to_platform(plant.offset, plant.body, problem.state);
     return 0;
+}
+
+template <class T> inline int winch_runge_kutta(WinchRungeKutta<T>& problem) {
+    RestingAnchors anchors;
+    return winch_runge_kutta_with(problem, anchors);
 }
 
 }  // namespace cdpr::CDPR_TARGET

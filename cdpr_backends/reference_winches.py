@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from cdpr.mechanics.anchors import Anchors
 from cdpr.mechanics.body_frame import BodyFrame
 from cdpr.mechanics.winches import Winches
 from cdpr.model import Robot
@@ -46,6 +47,13 @@ class WinchReference(Integrator):
         self._to_body()
         self._publish()
         self.winches.reset()
+        self.restart()
+
+    def follow(self, anchors: Anchors) -> None:
+        """Evaluate the cables with anchors that move, at the time of each stage."""
+        super().follow(anchors)
+        assert self._anchors is not None
+        self.winches.follow(self._anchors)
 
     def read_tension(self, tension: Array) -> None:
         """Write the tensions (m,)."""

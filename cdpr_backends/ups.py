@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from cdpr.base.errors import PluginError
+from cdpr.mechanics.anchors import Anchors
 from cdpr.model import Robot, rotations
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
@@ -93,6 +94,14 @@ class UpsBackend(RigidBodyBackend):
             body=self.body,
             applied=self.applied,
         )
+
+    def follow(self, anchors: Anchors) -> None:
+        """Reject anchors that move: the legs are joined to the world.
+
+        Raises:
+            PluginError: always.
+        """
+        raise PluginError("cables: ups does not support anchors that move; set cables: ideal")
 
     def legs(self) -> list[Leg]:
         """Return the legs for the pose in `body`."""

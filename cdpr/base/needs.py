@@ -142,6 +142,14 @@ def of_winch() -> Needs:
     return Needs(plant_fmu=with_winch, controller_fmu=with_winch, mjcf=ideal_only, sdf=ideal_only, urdf=ideal_only)
 
 
+def of_moving_anchors() -> Needs:
+    """Return the needs of what moves the anchors on the frame: all exports have anchors at rest."""
+    resting = no("its cables leave from anchors at rest")
+    exports = "plant_fmu", "controller_fmu", "bare_controller_fmu", "native", "mjcf", "sdf", "urdf"
+    feature = {"features": "moving_anchors"}
+    return _but({**dict.fromkeys(exports, resting), "backend": feature, "controller": feature})
+
+
 EVERYWHERE = Needs()
 
 

@@ -6,6 +6,7 @@
 
 #include <cdpr/cables/chain.hpp>
 #include <cdpr/matrix.hpp>
+#include <cdpr/mechanics/anchors.hpp>
 #include <cdpr/mechanics/body_frame.hpp>
 #include <cdpr/mechanics/geometry.hpp>
 #include <cdpr/mechanics/inverse_dynamics.hpp>
@@ -113,16 +114,33 @@ template <class T> inline void plant_geometry(Plant<T>& plant) {
     }
 }
 
-// Return the acceleration, m/s^2, of the length of cable i for a platform without acceleration: -W_i'^T twist.
-template <class T> CDPR_INLINE T length_acceleration(const Plant<T>& plant, int64_t i) {
+// Return u of cable i.
+template <class T> CDPR_INLINE Vector<T> direction(const Plant<T>& plant, int64_t i) {
+    return {plant.W()(0, i), plant.W()(1, i), plant.W()(2, i)};
+}
+
+// Add the motion of the anchors, u . A', to the rates.
+template <class T, class Anchors> CDPR_INLINE void add_anchor_rates(Plant<T>& plant, const Anchors& anchors) {
+    if constexpr (Anchors::moving)
+        for (int64_t i = 0; i < plant.m; i++) plant.rate[i] += dot(direction(plant, i), anchors.velocity(i));
+}
+
+// Return the acceleration, m/s^2, of the length of cable i for a platform without acceleration: -W_i'^T twist, and
+// (u . A')' of anchors that move.
+template <class T, class Anchors>
+CDPR_INLINE T length_acceleration(const Plant<T>& plant, const Anchors& anchors, int64_t i) {
     const Vector<T> p = vector(plant.body), v = vector(plant.body + 7), omega = vector(plant.body + 10);
     const CableRun<T> run = plant.run(i);
     const Line<T> cable = {plant.lines + i * plant.w, plant.w, p, run.lever, p + run.lever};
-    const Vector<T> turning = cross(omega, run.lever), u = {plant.W()(0, i), plant.W()(1, i), plant.W()(2, i)};
-    const Vector<T> stretching = cable.velocity_of_exit(v + turning) - v - turning;
+    const Vector<T> turning = cross(omega, run.lever), u = direction(plant, i);
+    Vector<T> stretching = cable.velocity_of_exit(v + turning) - v - turning;
+    if constexpr (Anchors::moving) stretching = stretching + anchors.velocity(i);
     const Vector<T> du = (stretching - dot(u, stretching) * u) / run.chord_length;
     const Vector<T> moment = cross(turning, u) + cross(run.lever, du);
-    return 0.0 - du.x * v.x - du.y * v.y - du.z * v.z - moment.x * omega.x - moment.y * omega.y - moment.z * omega.z;
+    const T own =
+        0.0 - du.x * v.x - du.y * v.y - du.z * v.z - moment.x * omega.x - moment.y * omega.y - moment.z * omega.z;
+    if constexpr (Anchors::moving) return own + dot(du, anchors.velocity(i)) + dot(u, anchors.acceleration(i));
+    return own;
 }
 
 // Write into `applied` the wrench of tensions, bent cables and the external wrench about the body's origin.

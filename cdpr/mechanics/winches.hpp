@@ -31,7 +31,7 @@ template <class T> inline void bend(Plant<T>& plant) {
             bent_pull(row.span_kind(), plant.bent_span(i), plant.unwound(i), plant.stretching(i), row.lowest());
         plant.light[i] = end.tension;
         plant.tension[i] = end.tension;
-        const Vector<T> u = {plant.W()(0, i), plant.W()(1, i), plant.W()(2, i)};
+        const Vector<T> u = direction(plant, i);
         const Vector<T> f = end.force - end.tension * u;
         force = force + f;
         moment = moment + cross(plant.run(i).lever, f);
@@ -41,13 +41,14 @@ template <class T> inline void bend(Plant<T>& plant) {
 }
 
 // Write tensions without the drums' inertia, and that inertia along the cables; return whether there is any.
-template <class T> inline bool write_light_tensions(Plant<T>& plant) {
+template <class T, class Anchors> inline bool write_light_tensions(Plant<T>& plant, const Anchors& anchors) {
     bool heavy = false;
     for (int64_t i = 0; i < plant.m; i++) {
         const ChainRow<T> row = plant.chain(i);
         WinchTension<T> own = {0.0, 0.0};
         if (!plant.stretches(i)) {
-            own = held(row.winch_kind(), row.winch(), plant.command[i], plant.rate[i], length_acceleration(plant, i));
+            own = held(row.winch_kind(), row.winch(), plant.command[i], plant.rate[i],
+                       length_acceleration(plant, anchors, i));
         } else if (!bends(row.span_kind())) {
             own.tension =
                 pull(row.span_kind(), row.span(), plant.length[i], plant.unwound(i), plant.stretching(i), row.lowest());
@@ -62,12 +63,13 @@ template <class T> inline bool write_light_tensions(Plant<T>& plant) {
 }
 
 // Write the tensions, and the applied wrench of these and the external one, at the pose of the present geometry.
-template <class T> inline void write_tensions(Plant<T>& plant, PlatformDynamics<T>& dynamics) {
+template <class T, class Anchors = RestingAnchors>
+inline void write_tensions(Plant<T>& plant, PlatformDynamics<T>& dynamics, const Anchors& anchors = Anchors()) {
     if (plant.stretches()) {
         const Truth<T> fresh = plant.winch[0] != plant.winch[0];
         if (any(fresh)) start_winches(plant, fresh);
     }
-    if (write_light_tensions(plant)) share_inertia(plant, dynamics);
+    if (write_light_tensions(plant, anchors)) share_inertia(plant, dynamics);
     apply(plant);
     for (int64_t i = 0; i < plant.m; i++) {
         const T size = absolute(plant.tension[i]);
@@ -88,16 +90,34 @@ template <class T> inline T work_of_bent_cables(const Plant<T>& plant) {
     return work;
 }
 
+// Add the work of the last tensions that is not in the shortening of their cables, due to the motion of the anchors
+// since then, by the trapezoidal rule.
+template <class T, class Anchors> inline void add_work_of_anchors(Plant<T>& plant, Anchors& anchors) {
+    if constexpr (Anchors::moving) {
+        T* const past = anchors.own.past;
+        const T half = 0.5 * (anchors.now - past[plant.m]);
+        for (int64_t i = 0; i < plant.m; i++) {
+            const T along = dot(direction(plant, i), anchors.velocity(i));
+            plant.cable_work[0] += half * plant.tension[i] * (past[i] + along);
+            past[i] = along;
+        }
+        past[plant.m] = anchors.now;
+    }
+}
+
 // Write geometry, tensions and applied wrench at `body`; add the work of the last tensions on the way there. `dynamics`
 // is that of the platform there, if known.
-template <class T> inline void settle(Plant<T>& plant, PlatformDynamics<T>& dynamics) {
+template <class T, class Anchors> inline void settle(Plant<T>& plant, PlatformDynamics<T>& dynamics, Anchors& anchors) {
     T* before = plant.light;
     for (int64_t i = 0; i < plant.m; i++) before[i] = plant.length[i];
+    anchors.place(0.0);
     plant_geometry(plant);
     plant.cable_work[0] = sum(plant.cable_work[0], 0, plant.m,
                               [&](int64_t i) { return plant.tension[i] * (before[i] - plant.length[i]); });
     if (plant.has_bent_cables()) plant.cable_work[0] = plant.cable_work[0] + work_of_bent_cables(plant);
-    write_tensions(plant, dynamics);
+    add_work_of_anchors(plant, anchors);
+    add_anchor_rates(plant, anchors);
+    write_tensions(plant, dynamics, anchors);
 }
 
 // Return the acceleration of winch i under the tension of its cable.
@@ -107,10 +127,15 @@ template <class T> CDPR_INLINE T winch_acceleration(const Plant<T>& plant, int64
 }
 
 // Tensions, work and applied wrench at `body`.
-template <class T> inline int settle_winches(Plant<T>& plant) {
+template <class T, class Anchors> inline int settle_winches_with(Plant<T>& plant, Anchors& anchors) {
     PlatformDynamics<T> dynamics;
-    settle(plant, dynamics);
+    settle(plant, dynamics, anchors);
     return 0;
+}
+
+template <class T> inline int settle_winches(Plant<T>& plant) {
+    RestingAnchors anchors;
+    return settle_winches_with(plant, anchors);
 }
 
 // The same, then a step of the winches as in semi-implicit engines: speeds, and with them unwound lengths.
@@ -120,17 +145,23 @@ template <class T> struct WinchStep {
     static constexpr auto fields = extended(Plant<T>::fields, "step");
 };
 
-template <class T> inline int step_winches(WinchStep<T>& problem) {
+template <class T, class Anchors> inline int step_winches_with(WinchStep<T>& problem, Anchors& anchors) {
     Plant<T>& plant = problem.plant;
     const T h = problem.step;
     PlatformDynamics<T> dynamics;
-    settle(plant, dynamics);
+    settle(plant, dynamics, anchors);
+    anchors.complete_step();
     for (int64_t i = 0; i < plant.m; i++) {
         if (!plant.stretches(i)) continue;
         plant.speed(i) = plant.speed(i) + h * winch_acceleration(plant, i);
         plant.unwound(i) = plant.unwound(i) - h * plant.chain(i).per_turn() * plant.speed(i);
     }
     return 0;
+}
+
+template <class T> inline int step_winches(WinchStep<T>& problem) {
+    RestingAnchors anchors;
+    return step_winches_with(problem, anchors);
 }
 
 }  // namespace cdpr::CDPR_TARGET

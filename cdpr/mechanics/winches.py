@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from cdpr.cables import chain_of
 from cdpr.cables.tables import chain_table
+from cdpr.mechanics.anchors import PlantAnchors
 from cdpr.mechanics.body_frame import BodyFrame
 from cdpr.model import Robot
 from cdpr.model.robot import Array
@@ -82,6 +83,12 @@ class Winches:
         }
         self.step: Callable[[], object] = bind("step_winches", **self.given, step=physics_step)
         self.settle: Callable[[], object] = bind("settle_winches", **self.given)
+
+    def follow(self, anchors: PlantAnchors) -> None:
+        """Evaluate the cables with anchors that move; their memory is that of the plant."""
+        given = {**self.given, **anchors.given}
+        self.step = bind("step_winches_anchored", **given, step=anchors.given["every"])
+        self.settle = bind("settle_winches_anchored", **given)
 
     def reset(self) -> None:
         """Reset all states, so that the next evaluation starts a new run."""

@@ -15,6 +15,7 @@ extern const cdpr_group solvers;
 extern const cdpr_group controllers;
 extern const cdpr_group backends;
 extern const cdpr_group winches;
+extern const cdpr_group anchors;
 extern const cdpr_group engines;
 extern const cdpr_group simulation;
 extern const cdpr_group trajectory;
@@ -33,6 +34,7 @@ static const cdpr_group* const groups[] = {
     &controllers,
     &backends,
     &winches,
+    &anchors,
     &engines,
     &simulation,
     &trajectory,

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple, NoReturn
 import numpy as np
 
 from cdpr.base.errors import PluginError
+from cdpr.mechanics.anchors import Anchors
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.plugins.environment import Environment
@@ -154,6 +155,21 @@ class Backend(ABC):
             PluginError: if the backend does not implement it.
         """
         raise PluginError(f"{type(self).__name__} cannot change the mass of the platform during a run")
+
+    def follow(self, anchors: Anchors) -> None:
+        """Use anchors on the frame that move from now on; called at most once, before a `reset`.
+
+        The backend evaluates `anchors` whenever it evaluates its cables, at the time of that evaluation, see
+        `PlantAnchors` of `cdpr.mechanics.anchors`. Backends that support this declare `moving_anchors` in the property
+        `features`.
+
+        Args:
+            anchors: live arrays of the anchors.
+
+        Raises:
+            PluginError: if the backend does not implement it.
+        """
+        raise PluginError(f"{type(self).__name__} does not support anchors that move")
 
     def operations(self, n: int) -> Operations | None:
         """Return the operations of `step` for this n in order; None if it is not made of operations.

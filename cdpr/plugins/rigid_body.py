@@ -10,6 +10,7 @@ import numpy as np
 
 from cdpr.base.errors import PluginError
 from cdpr.cables import immediate
+from cdpr.mechanics.anchors import Anchors, PlantAnchors
 from cdpr.mechanics.body_frame import BodyFrame
 from cdpr.mechanics.winches import Winches
 from cdpr.model import Robot
@@ -90,6 +91,8 @@ class RigidBodyBackend(Backend):
             applied=self.applied,
         )
         self._publish = bind("platform_state", offset=frame.offset, body=self.body, state=self.state)
+        self._anchors: PlantAnchors | None = None
+        self._placing: Operations = []  # of anchors that move, before a step
         self.winches: Winches | None = None
         if not immediate(robot):
             self.winches = winches = Winches(
@@ -143,8 +146,19 @@ class RigidBodyBackend(Backend):
             check_held(self.frame, held, self._title)
         self.read()
         self._publish()
+        if self._anchors is not None:
+            self._anchors.reset()
         if self.winches is not None:
             self.winches.reset()
+
+    def follow(self, anchors: Anchors) -> None:
+        """Evaluate the cables with anchors that move, at the start of each physics step."""
+        self._anchors = own = PlantAnchors(anchors, self.frame.line_table, self.physics_step)
+        if self.winches is None:
+            self._placing = [own.before_step()]
+        else:
+            self.winches.follow(own)
+            self._pull = self.winches.step
 
     def load(self, robot: Robot) -> None:
         """Change mass, centre of mass and inertia; pose and twist of the platform's origin do not change.
@@ -170,6 +184,8 @@ class RigidBodyBackend(Backend):
     def step(self, n: int) -> None:
         """Advance by n physics steps."""
         for _ in range(n):
+            for place in self._placing:
+                place()
             self._pull()
             self.push()
             self.advance()
@@ -180,7 +196,7 @@ class RigidBodyBackend(Backend):
         """Return the operations of n physics steps; all but those of the engine are compiled."""
         does = self.push, self.advance, self.read, self.engine_phases
         if all(speaks_for(self.engine_operations, each) for each in does):
-            return [self._pull, *self.engine_operations()] * n + [self._publish]
+            return [*self._placing, self._pull, *self.engine_operations()] * n + [self._publish]
         return self.phases().several(n)
 
     def phases(self) -> Phases:
@@ -188,7 +204,7 @@ class RigidBodyBackend(Backend):
         does = self.push, self.advance, self.read
         known = all(speaks_for(self.engine_phases, each) for each in does)
         load, step, read, _ = self.engine_phases() if known else RigidBodyBackend.engine_phases(self)
-        return Phases([self._pull, *load], step, read, [self._publish])
+        return Phases([*self._placing, self._pull, *load], step, read, [self._publish])
 
     def engine_phases(self) -> Phases:
         """Return the operations of `push`, `advance` and `read`, as in `operations`; kernels may replace them."""
@@ -225,5 +241,6 @@ class RigidBodyBackend(Backend):
     @property
     def arrays(self) -> tuple[Array, ...]:
         """Arrays of a snapshot besides the engine's own state."""
-        own = self.command, self.external, self.body, self.state
+        own: tuple[Array, ...] = self.command, self.external, self.body, self.state
+        own += () if self._anchors is None else self._anchors.arrays
         return own if self.winches is None else (*own, *self.winches.arrays)

@@ -8,8 +8,11 @@ from types import MappingProxyType
 from typing import Any
 
 from cdpr.base.columns import Column
+from cdpr.base.errors import PluginError
+from cdpr.mechanics.anchors import Anchors
 from cdpr.model import Robot
 from cdpr.model.robot import Array
+from cdpr.native.bind import Compiled
 from cdpr.native.random_numbers import Stream
 from cdpr.plugins import Backend
 from cdpr.plugins.snapshots import put_back, save
@@ -55,6 +58,8 @@ class LoopPart:
         writes: "seen" or "seen_cables" or both, if operations of `observed` write these arrays of `Surroundings`.
         works: sources of work on the platform that it adds, each with its column of the work since the first sample, J;
             "" if the work is unknown.
+        moves_anchors: True if `anchor_motion` moves the anchors on the frame; at most one part of a loop. Its section
+            declares `needs = of_moving_anchors()`, see `cdpr.base.needs`.
         streams: its random streams, which restart at a reset. Their names must be unique in the loop.
 
     Example:
@@ -80,10 +85,19 @@ class LoopPart:
     arrays: tuple[Array, ...] = ()
     writes: frozenset[str] = frozenset()
     works: Mapping[str, str] = MappingProxyType({})
+    moves_anchors: bool = False
     streams: tuple[Stream, ...] = ()
 
     def connect(self, surroundings: Surroundings) -> None:
         """Receive the live arrays of the loop, before `arrays` and the operations are read."""
+
+    def anchor_motion(self, anchors: Anchors) -> Compiled:
+        """Return the compiled operation that writes `anchors` at a time, s; see `Anchors.move`.
+
+        It is called once, before `connect`, if `moves_anchors`. A nominal robot's anchors move with the true ones, with
+        which the controller's wrench matrix is computed.
+        """
+        raise PluginError(f"part '{self.name}' declares moves_anchors but has no method anchor_motion")
 
     def observed(self, period: float) -> Sequence[Operation]:
         """Return the operations after the plant was observed, a control `period` (s) later; 0 at the first sample."""

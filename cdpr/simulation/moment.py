@@ -53,7 +53,7 @@ class Memory:
         self._resettable = (stage, parts.controller, calls, parts.solver, *parts.more)
         self._owners = (backend, *self._resettable, schedule)
         geometry = present.live.W, present.true_W
-        self._live = (present.row, *geometry, *present.perceived, backend.command, backend.external)
+        self._live = (present.row, *geometry, *present.perceived, *present.anchors, backend.command, backend.external)
 
     def reset(self, start: Array) -> None:
         """Reset all members, the plant to the state `start` (13,)."""

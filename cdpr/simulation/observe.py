@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from cdpr.cables.tables import line_table
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
@@ -81,10 +80,12 @@ def observing(body: Body, shown: PlantOutputs, seen: Observation, period: float)
     )
 
 
-def observing_nominal(robot: Robot, state: Array, matrix: Array) -> Callable[[], int]:
+def observing_nominal(lines: Array, state: Array, matrix: Array) -> Callable[[], int]:
     """Return a bound operation that writes the wrench matrix (6, m) of the perceived robot at the seen `state` (13,).
+
+    `lines` is the table of that robot, as of `cdpr.cables.tables.line_table`.
 
     It returns 0 or a key of FAULTS.
     """
-    length, rate = np.zeros(robot.m), np.zeros(robot.m)
-    return bind("observe_nominal", lines=line_table(robot), state=state, matrix=matrix, length=length, rate=rate)
+    length, rate = np.zeros(len(lines)), np.zeros(len(lines))
+    return bind("observe_nominal", lines=lines, state=state, matrix=matrix, length=length, rate=rate)

@@ -8,7 +8,6 @@ from functools import partial
 import numpy as np
 
 from cdpr.base.errors import Diverged, LimitViolation
-from cdpr.cables.tables import line_table
 from cdpr.log.layout import Layout
 from cdpr.log.limit_violations import beyond
 from cdpr.mechanics.energy import energy
@@ -22,6 +21,7 @@ from cdpr.scenario.events import ScenarioEvent, broken, guarding
 from cdpr.scenario.events.limit_changes import limit_changes
 from cdpr.simulation.columns import hand_out
 from cdpr.simulation.loop_part import LoopPart, Surroundings, writes
+from cdpr.simulation.moving_anchors import LoopAnchors
 from cdpr.simulation.observe import Body, Observation, PlantOutputs, acceleration_bounds, observing, observing_nominal
 from cdpr.simulation.parts import Parts
 from cdpr.tension.current_sample import Cables, Present
@@ -58,7 +58,8 @@ class Sample:
         self.live = Present(W, view("wrench"), view("tension"), view("status", "at_limit"))
         self.cables = Cables.of(parts.controlled_robot, None if parts.nominal is None else robot)
         bounds = acceleration_bounds(robot, parts.backend.gravity)
-        self._body = Body(line_table(robot), robot.inertial.copy(), parts.backend.gravity, bounds)
+        self._anchors = anchors = LoopAnchors(parts)
+        self._body = Body(anchors.lines(robot), robot.inertial.copy(), parts.backend.gravity, bounds)
         self._readings = ([], []) if parts.ideal_cables else self._reading()
         self.true_W = np.zeros((6, robot.m)) if parts.perceived_differs else W
         cables = view("length", "rate")
@@ -84,6 +85,11 @@ class Sample:
         """Arrays of the perceived sample that are not views of the row."""
         return tuple(own for _, own in self._perceived)
 
+    @property
+    def anchors(self) -> tuple[Array, ...]:
+        """Arrays of anchors that move."""
+        return self._anchors.arrays
+
     def renew(self, robot: Robot) -> None:
         """Observe a robot with another platform."""
         self._body.inertial[:] = robot.inertial
@@ -107,14 +113,20 @@ class Sample:
         energies = self.view("kinetic", "external_work")
         seen = Observation(self.state, self.true_W, self.view("length"), self.view("rate"), energies)
         observe = observing(self._body, PlantOutputs(backend.state, backend.external, backend.highest), seen, period)
-        operations = [Operation("geometry", observe, refuse)]
+        operations = [
+            *self._anchors.placing(self._body.lines, parts.robot),
+            Operation("geometry", observe, refuse),
+            *self._anchors.effects(seen, backend.highest, period),
+        ]
         if not parts.ideal_cables and period:
             operations += self._readings[1]
         operations += [Operation("seen", bind("copy", source=truth, target=own)) for truth, own in self._perceived]
         operations += [each for part in parts.more for each in part.observed(period)]
         operations += [Operation("seen", bind("not_finite", values=own), self._refuse_seen) for own in self.perceived]
         if parts.perceived_differs:
-            perceived = observing_nominal(parts.perceived_robot, self.seen, self.live.W)
+            lines = self._anchors.lines(parts.perceived_robot)
+            operations += self._anchors.placing(lines, parts.perceived_robot)
+            perceived = observing_nominal(lines, self.seen, self.live.W)
             operations.append(Operation("geometry", perceived, refuse))
         return operations
 

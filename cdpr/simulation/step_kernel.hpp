@@ -4,14 +4,10 @@
 // or else Python.
 #pragma once
 
+#include <cdpr/call_at.hpp>
 #include <cdpr/field.hpp>
 
 namespace cdpr::CDPR_TARGET {
-
-// Call an operation by its address and that of its struct.
-CDPR_INLINE int call_at(int64_t operation, int64_t place, double time) {
-    return reinterpret_cast<cdpr_operation>(operation)(reinterpret_cast<void*>(place), time);
-}
 
 // Results beside the codes of operations, which are small.
 enum { PYTHON = 1 << 29, REACHED = 1 << 30 };

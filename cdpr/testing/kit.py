@@ -16,6 +16,7 @@ from cdpr.model.robot import Array
 from cdpr.plugins import Backend, Column, Controller, PluginOptions, TensionSolver
 from cdpr.plugins.registry import Role, registry
 from cdpr.testing import (
+    backend_anchors,
     backend_guided,
     backend_interface,
     backend_load,
@@ -38,6 +39,7 @@ BACKEND: list[Check[BackendSubject]] = [
     *backend_guided.CHECKS,
     *backend_load.CHECKS,
     *backend_surroundings.CHECKS,
+    *backend_anchors.CHECKS,
 ]
 SOLVER: list[Check[SolverSubject]] = [*solver_interface.CHECKS, *solver_answers.CHECKS]
 CONTROLLER: list[Check[ControllerSubject]] = controller.CHECKS

@@ -10,6 +10,7 @@ import os
 from dataclasses import replace
 from pathlib import Path
 
+import anchor_mutants
 import load_mutants
 import numpy as np
 import surroundings_mutants
@@ -343,6 +344,7 @@ ORDER = {"order": 4}
 MUTANTS = {
     **load_mutants.MUTANTS,
     **surroundings_mutants.MUTANTS,
+    **anchor_mutants.MUTANTS,
     Unlogged: ({}, ["columns_are_written"]),
     BodyFrameRead: ({}, ["state_round_trip", "state_is_current"]),
     BodyFrameBothWays: ({}, ["state_is_current", "tumbling_keeps_energy_and_momentum"]),

@@ -55,5 +55,8 @@ template <int... sizes> constexpr Text<(sizes + ... + 1) - int(sizeof...(sizes))
 template <int size, int... sizes> constexpr auto extended(const char (&first)[size], const char (&... more)[sizes]) {
     return join(first, ", ", more...);
 }
+template <int size, int... sizes> constexpr auto extended(const Text<size>& first, const char (&... more)[sizes]) {
+    return join(first.text, ", ", more...);
+}
 
 }  // namespace cdpr::CDPR_TARGET

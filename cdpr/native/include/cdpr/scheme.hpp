@@ -22,15 +22,17 @@ template <class T> CDPR_INLINE Quaternion<T> along(Quaternion<T> a, T c, Quatern
     return {a.w + c * b.w, a.x + c * b.x, a.y + c * b.y, a.z + c * b.z};
 }
 
-// Return the point after a step of h, s, from `start`. `none` is zero; `slope(point)` is the rate of a point; `along`
-// is defined for points.
+// Return the point after a step of h, s, from `start`. `none` is zero; `slope(point, since)` is the rate of a point at
+// a time, s, after the start; `along` is defined for points.
 template <class T, class Point, class Slope>
 CDPR_INLINE Point runge_kutta(Point start, Point none, double h, Slope slope) {
     Point point = start, sum = none;
+    double since = 0.0;
     for (int stage = 0; stage < STAGES; stage++) {
-        const Point k = slope(point);
+        const Point k = slope(point, since);
+        since = reach(stage, h);
         sum = along(sum, T(weight(stage)), k);
-        point = along(start, T(reach(stage, h)), k);
+        point = along(start, T(since), k);
     }
     return along(start, T(h / 6.0), sum);
 }

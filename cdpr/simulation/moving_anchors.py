@@ -1,0 +1,80 @@
+"""Anchors that a part of the loop moves, as the plant, the sample and the nominal robot use them."""
+
+from __future__ import annotations
+
+from typing import NoReturn
+
+import numpy as np
+
+from cdpr.base.errors import CdprError, PluginError
+from cdpr.cables.tables import line_table
+from cdpr.mechanics.anchors import Anchors
+from cdpr.model import Robot
+from cdpr.model.robot import Array
+from cdpr.native.bind import bind
+from cdpr.simulation.observe import Observation
+from cdpr.simulation.parts import Parts
+from cdpr.tension.operations import Operation
+
+
+class LoopAnchors:
+    """Anchors of a loop. Anchors at rest have no operations and no arrays.
+
+    Attributes:
+        arrays: memory of the loop for snapshots.
+
+    Raises:
+        CdprError: if several parts move the anchors, or the robot does not support it.
+        PluginError: if the backend does not support it.
+    """
+
+    def __init__(self, parts: Parts) -> None:
+        movers = [part for part in parts.more if part.moves_anchors]
+        self._anchors: Anchors | None = None
+        self.arrays: tuple[Array, ...] = ()
+        if not movers:
+            return
+        if len(movers) > 1:
+            names = ", ".join(repr(part.name) for part in movers)
+            raise CdprError(f"anchors that move: expected one part that moves them, got {names}")
+        self._name = movers[0].name
+        self._anchors = anchors = Anchors(parts.robot)
+        anchors.move(movers[0].anchor_motion(anchors))
+        parts.backend.follow(anchors)
+        self._past = np.zeros(parts.robot.m)
+        self.arrays = (anchors.values, self._past)
+
+    def lines(self, robot: Robot) -> Array:
+        """Return a table of lines (m, w) for `placing`; the frozen one of the robot if the anchors are at rest."""
+        return line_table(robot) if self._anchors is None else line_table(robot).copy()
+
+    def placing(self, lines: Array, robot: Robot) -> list[Operation]:
+        """Return the operation that writes the anchors at the time of the sample into the table of a robot."""
+        if self._anchors is None:
+            return []
+        return [Operation(self._name, self._anchors.placing(lines, robot), self._refuse, timed=True)]
+
+    def effects(self, seen: Observation, tension: Array, period: float) -> list[Operation]:
+        """Return the operation that adds the motion of the anchors to the rates and the work of an observed sample.
+
+        Args:
+            seen: the sample, observed with anchors at rest.
+            tension: (m,), held since the sample before, N.
+            period: control period, s; 0 at the first sample.
+        """
+        if self._anchors is None:
+            return []
+        observe = bind(
+            "observe_anchors",
+            anchors=self._anchors.values,
+            matrix=seen.matrix,
+            tension=tension,
+            past=self._past,
+            rate=seen.rate,
+            work=seen.energies[2:3],
+            period=period,
+        )
+        return [Operation(self._name, observe)]
+
+    def _refuse(self, code: int) -> NoReturn:
+        raise PluginError(f"the motion of the anchors by '{self._name}' returned {code}; expected 0")
