@@ -12,15 +12,15 @@ namespace cdpr::CDPR_TARGET {
 template <class T> struct WinchRungeKutta {
     Plant<T> plant;
     T* state;     // (13), of the platform
-    T* points;    // (4, 14 + 2 m), work space: start of a step, point of a stage, its slope, sum of the slopes
+    T* points;    // (4, 14 + s), work space: start of a step, point of a stage, its slope, sum of the slopes
     double step;  // s
     int64_t steps;
-    static constexpr auto fields = extended(Plant<T>::fields, "state(13), work points(4, 2*m + 14), step, steps");
+    static constexpr auto fields = extended(Plant<T>::fields, "state(13), work points(4, s + 14), step, steps");
 
-    // Positions in a point: body (13), work of the cables, winches (2 m), omitted without elastic cables.
+    // Positions in a point: body (13), work of the cables, winches (s).
     static constexpr int WORK = 13, WINCH = 14;
 
-    CDPR_INLINE T* point(int64_t k) const { return points + k * (WINCH + 2 * plant.m); }
+    CDPR_INLINE T* point(int64_t k) const { return points + k * (WINCH + plant.s); }
 };
 
 template <class T> CDPR_INLINE void gather(const Plant<T>& plant, T* point, int64_t size) {
@@ -53,12 +53,13 @@ inline void write_slopes(const Plant<T>& plant, PlatformDynamics<T>& dynamics, c
     if constexpr (Anchors::moving)
         for (int64_t i = 0; i < plant.m; i++)
             slope[13] += plant.tension[i] * dot(direction(plant, i), anchors.velocity(i));
-    if (!plant.stretches()) return;
-    T *unwinding = slope + 14, *spinning = slope + 14 + plant.m;
+    const WinchStates<T> slopes = {slope + 14, plant.places};
     for (int64_t i = 0; i < plant.m; i++) {
         const bool stretches = plant.stretches(i);
-        unwinding[i] = stretches ? -plant.chain(i).per_turn() * plant.speed(i) : T(0.0);
-        spinning[i] = stretches ? winch_acceleration(plant, i) : T(0.0);
+        write_own_slopes(plant, i, slopes.own(i, stretches));
+        if (!stretches) continue;
+        slopes.unwound(i) = -plant.chain(i).per_turn() * plant.speed(i);
+        slopes.speed(i) = winch_acceleration(plant, i);
     }
 }
 
@@ -67,7 +68,7 @@ template <class T, class Anchors>
 inline void advance(WinchRungeKutta<T>& problem, PlatformDynamics<T>& dynamics, Anchors& anchors) {
     Plant<T>& plant = problem.plant;
     T *start = problem.point(0), *point = problem.point(1), *slope = problem.point(2), *total = problem.point(3);
-    const int64_t size = 14 + (plant.stretches() ? 2 * plant.m : 0);
+    const int64_t size = 14 + plant.s;
     gather(plant, start, size);
     for (int64_t i = 0; i < size; i++) total[i] = 0.0;
     double since = 0.0;

@@ -28,6 +28,21 @@ template <class T> CDPR_INLINE ChainRow<T> chain_row(const T* chains, int64_t i)
     return {chains + i * ChainRow<T>::WIDTH};
 }
 
+// State numbers of all winches, cable by cable: of a cable that stretches the unwound length, m, and the speed of its
+// winch, rad/s, positive when winding in; then the winch's own.
+template <class T> struct WinchStates {
+    static constexpr int COORDINATE = 2;  // numbers of the first kind
+
+    T* numbers;             // (s)
+    const int64_t* places;  // (m + 1), of each winch in `numbers`, and s
+
+    CDPR_INLINE T& unwound(int64_t i) const { return numbers[places[i]]; }
+    CDPR_INLINE T& speed(int64_t i) const { return numbers[places[i] + 1]; }
+    CDPR_INLINE int64_t own_place(int64_t i, bool stretches) const { return places[i] + (stretches ? COORDINATE : 0); }
+    CDPR_INLINE T* own(int64_t i, bool stretches) const { return numbers + own_place(i, stretches); }
+    CDPR_INLINE int64_t own_count(int64_t i, bool stretches) const { return places[i + 1] - own_place(i, stretches); }
+};
+
 // The next three are compiled into exported FMUs (cdpr/fmu/export/source/actuator.cpp).
 
 // Tensions of all cables.
@@ -37,10 +52,9 @@ template <class T> struct ChainTensions {
     const T* length;               // (m), m, between winch and platform
     const T* rate;                 // (m), m/s, rate of the length
     const T* length_acceleration;  // (m), m/s^2, rate of that rate for a platform without acceleration
-    const T* unwound;              // (m), m, unstretched length, of cables that stretch
-    const T* speed;                // (m), rad/s, of their winches, positive when winding in
-    T* tension;                    // (m), N, without the effect of the winches' inertia at an accelerating platform
-    T* mass;                       // (m), kg, that inertia as a mass along the cable
+    WinchStates<T> states;
+    T* tension;  // (m), N, without the effect of the winches' inertia at an accelerating platform
+    T* mass;     // (m), kg, that inertia as a mass along the cable
     int64_t m;
 };
 
@@ -49,11 +63,12 @@ template <class T> inline int chain_tensions(ChainTensions<T>& cables) {
         const ChainRow<T> row = chain_row(cables.chains, i);
         WinchTension<T> own;
         if (row.stretches()) {
-            const T stretching = cables.rate[i] + row.per_turn() * cables.speed[i];
-            own = {pull(row.span_kind(), row.span(), cables.length[i], cables.unwound[i], stretching, row.lowest()),
-                   0.0};
+            const T unwound = cables.states.unwound(i);
+            const T stretching = cables.rate[i] + row.per_turn() * cables.states.speed(i);
+            own = {pull(row.span_kind(), row.span(), cables.length[i], unwound, stretching, row.lowest()), 0.0};
         } else {
-            own = held(row.winch_kind(), row.winch(), cables.command[i], cables.rate[i], cables.length_acceleration[i]);
+            own = held(row.winch_kind(), row.winch(), cables.states.own(i, false), cables.command[i], cables.rate[i],
+                       cables.length_acceleration[i]);
         }
         cables.tension[i] = own.tension;
         cables.mass[i] = own.mass;
@@ -61,46 +76,52 @@ template <class T> inline int chain_tensions(ChainTensions<T>& cables) {
     return 0;
 }
 
-// Time derivatives of winches with elastic cables; 0 for others.
+// Time derivatives of winches with elastic cables.
 template <class T> struct ChainSlopes {
     const T* chains;   // (m, 19)
     const T* command;  // (m), N
     const T* tension;  // (m), N
-    const T* speed;    // (m), rad/s
-    T* unwinding;      // (m), m/s, rate of the unwound length
-    T* acceleration;   // (m), rad/s^2
+    WinchStates<T> states;
+    WinchStates<T> slopes;
     int64_t m;
 };
 
 template <class T> inline int chain_slopes(ChainSlopes<T>& cables) {
+    const WinchStates<T> states = cables.states, slopes = cables.slopes;
     for (int64_t i = 0; i < cables.m; i++) {
         const ChainRow<T> row = chain_row(cables.chains, i);
-        const T speed = cables.speed[i];
-        cables.unwinding[i] = row.stretches() ? -row.per_turn() * speed : T(0.0);
-        cables.acceleration[i] = row.stretches() ? drum_acceleration(row.winch_kind(), row.winch(), cables.command[i],
-                                                                     cables.tension[i], speed)
-                                                 : T(0.0);
+        if (!row.stretches()) continue;
+        const T speed = states.speed(i), command = cables.command[i], tension = cables.tension[i];
+        const T *numbers = row.winch(), *own = states.own(i, true);
+        slopes.unwound(i) = -row.per_turn() * speed;
+        slopes.speed(i) = drum_acceleration(row.winch_kind(), numbers, own, command, tension, speed);
+        const WinchMotion<T> motion = {numbers, own, command, tension, states.unwound(i), speed};
+        own_slopes(row.winch_kind(), motion, slopes.own(i, true), states.own_count(i, true));
     }
     return 0;
 }
 
-// Start of winches with elastic cables: each tension is its command, with constant stretch; 0 for others.
+// Start of winches with elastic cables: each tension is its command, with constant stretch.
 template <class T> struct ChainStart {
     const T* chains;   // (m, 19)
     const T* command;  // (m), N
     const T* length;   // (m), m
     const T* rate;     // (m), m/s
-    T* unwound;        // (m), m
-    T* speed;          // (m), rad/s
+    WinchStates<T> states;
     int64_t m;
 };
 
 template <class T> inline int chain_start(ChainStart<T>& cables) {
     for (int64_t i = 0; i < cables.m; i++) {
         const ChainRow<T> row = chain_row(cables.chains, i);
-        cables.unwound[i] =
-            row.stretches() ? rest(row.span_kind(), row.span(), cables.length[i], cables.command[i]) : T(0.0);
-        cables.speed[i] = row.stretches() ? -cables.rate[i] / row.per_turn() : T(0.0);
+        if (!row.stretches()) continue;
+        const T command = cables.command[i], speed = -cables.rate[i] / row.per_turn();
+        const T unwound = rest(row.span_kind(), row.span(), cables.length[i], command);
+        T* own = cables.states.own(i, true);
+        cables.states.unwound(i) = unwound;
+        cables.states.speed(i) = speed;
+        own_start(row.winch_kind(), {row.winch(), own, command, command, unwound, speed}, own,
+                  cables.states.own_count(i, true));
     }
     return 0;
 }

@@ -22,6 +22,8 @@ from cdpr.base.units import known_unit
 from cdpr.model import Cable
 
 MOST = 8  # maximum numbers of a part
+COORDINATE = 2  # states of a winch that turns: unwound length, and speed of its coordinate
+MOST_STATES = 16  # maximum states of a winch, as in winch_tension.hpp
 
 # Reserved keys of robot files and names in `cdpr.model`, which are no numbers of parts; attributes of sections are
 # reserved, too.
@@ -143,11 +145,32 @@ class Winch(Part):
     would change by `length_acceleration`, m/s^2, if the platform did not accelerate. `drum_acceleration(numbers,
     command, tension, speed)` returns the acceleration of a winch that pulls with `tension`.
 
+    A winch that turns has the states unwound length, m, and speed of its coordinate, positive when winding in. If the
+    span does not stretch, they follow the cable and are no states. Further states are the winch's own, such as the
+    torque of a motor with a lag: `cdpr/cables/parts.hpp` then passes them to these two functions, and calls two more.
+    `own_start(motion, own)` writes them at the start, at which the cable pulls with the command; `own_slopes(motion,
+    slope)` writes their time derivatives. `motion` is a `WinchMotion`. The check of the physics step does not include
+    them (`cdpr.mechanics.stability`).
+
     Attributes:
         immediate: True if its tension always equals the command.
+        states: number of its states, at most MOST_STATES: 0, or COORDINATE and the number of its own.
+
+    Raises:
+        CdprError: for another number of states, or an immediate winch with states.
     """
 
     immediate: bool = False
+    states: int = 0
+
+    def __post_init__(self) -> None:
+        """Raise CdprError for numbers or states that the kernels do not support."""
+        super().__post_init__()
+        name = self.header or "a winch"
+        if self.states != 0 and not COORDINATE <= self.states <= MOST_STATES:
+            raise CdprError(f"{name}: states: expected 0, or {COORDINATE} to {MOST_STATES}, got {self.states}")
+        if self.immediate and self.states:
+            raise CdprError(f"{name}: an immediate winch has no states: set states=0, or immediate=False")
 
 
 @dataclass(frozen=True)
@@ -172,15 +195,32 @@ class Span(Part):
 
 @dataclass(frozen=True)
 class Chain:
-    """Winch and span of a cable."""
+    """Winch and span of a cable.
+
+    Raises:
+        CdprError: for a span that stretches on a winch that does not turn.
+    """
 
     winch: Winch
     span: Span
+
+    def __post_init__(self) -> None:
+        """Raise CdprError if the span needs states that the winch does not have."""
+        if self.stretches and not self.winch.states:
+            raise CdprError(
+                f"{self.span.header}: a span that stretches needs a winch with the states unwound length and speed: "
+                f"declare states={COORDINATE} or more in the winch"
+            )
 
     @property
     def numbers(self) -> tuple[Number, ...]:
         """Numbers of winch and span."""
         return (*self.winch.numbers, *self.span.numbers)
+
+    @property
+    def states(self) -> int:
+        """Number of states: those of the winch, without its coordinate if that follows the cable."""
+        return self.winch.states if self.stretches else max(self.winch.states - COORDINATE, 0)
 
     @property
     def stretches(self) -> bool:

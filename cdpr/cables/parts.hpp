@@ -9,6 +9,7 @@
 #include <cdpr/cables/drum/drum.hpp>
 #include <cdpr/cables/elastic/elastic.hpp>
 #include <cdpr/cables/pulley/pulley.hpp>
+#include <cdpr/cables/winch_tension.hpp>
 
 namespace cdpr::CDPR_TARGET {
 
@@ -44,19 +45,32 @@ template <class T> CDPR_INLINE Vector<T> exit_velocity(T kind, Vector<T> anchor,
     return nowhere<T>();
 }
 
-// Return tension, N, and mass, kg, of a winch whose cable does not stretch.
-template <class T>
-CDPR_INLINE WinchTension<T> held(T kind, const T* numbers, T command, T rate, T length_acceleration) {
+// Return tension, N, and mass, kg, of a winch whose cable does not stretch; `own` are the winch's own state numbers.
+template <class T> CDPR_INLINE WinchTension<T> held(T kind, const T* numbers, [[maybe_unused]] const T* own, T command,
+                                                    T rate, T length_acceleration) {
     if (is(kind, DIRECT)) return Direct::held(numbers, command, rate, length_acceleration);
     if (is(kind, DRUM)) return Drum::held(numbers, command, rate, length_acceleration);
     return {NOT_A_NUMBER, NOT_A_NUMBER};
 }
 
 // Return the acceleration of the winch's coordinate.
-template <class T> CDPR_INLINE T drum_acceleration(T kind, const T* numbers, T command, T tension, T speed) {
+template <class T> CDPR_INLINE T drum_acceleration(T kind, const T* numbers, [[maybe_unused]] const T* own, T command,
+                                                   T tension, T speed) {
     if (is(kind, DIRECT)) return Direct::drum_acceleration(numbers, command, tension, speed);
     if (is(kind, DRUM)) return Drum::drum_acceleration(numbers, command, tension, speed);
     return NOT_A_NUMBER;
+}
+
+// Write the `count` own state numbers of a winch at its start. None of ours has any.
+template <class T>
+CDPR_INLINE void own_start([[maybe_unused]] T kind, [[maybe_unused]] WinchMotion<T> motion, T* own, int64_t count) {
+    for (int64_t j = 0; j < count; j++) own[j] = NOT_A_NUMBER;
+}
+
+// Write their time derivatives.
+template <class T>
+CDPR_INLINE void own_slopes([[maybe_unused]] T kind, [[maybe_unused]] WinchMotion<T> motion, T* slope, int64_t count) {
+    for (int64_t j = 0; j < count; j++) slope[j] = NOT_A_NUMBER;
 }
 
 // Return the tension of an elastic span, N.

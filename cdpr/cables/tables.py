@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from cdpr.base.errors import CdprError
 from cdpr.cables import EXITS, MODELS, chain_of
@@ -83,6 +83,25 @@ def chain_table(robot: Robot) -> Array:
         kinds = [float(_kind(WINCHES, chain.winch)), float(_kind(SPANS, chain.span))]
         rows.append([*kinds, lowest, *_numbers(chain.winch, cable), *_numbers(chain.span, cable)])
     return frozen_array(rows)
+
+
+def places_of_states(robot: Robot) -> NDArray[np.int64]:
+    """Return the places of the winches' state numbers in the state vector of a plant.
+
+    Args:
+        robot: the robot.
+
+    Returns:
+        (m + 1,): the index of the first state of each winch, and the number of all states. Cables have as many as their
+            chain declares (`cdpr.cables.chain.Chain.states`).
+
+    Example:
+        >>> import cdpr
+        >>> places_of_states(cdpr.load_robot("caroca_winches"))
+        array([ 0,  2,  4,  6,  8, 10, 12, 14, 16])
+    """
+    widths = [chain_of(robot, cable).states for cable in robot.cables]
+    return np.concatenate([[0], np.cumsum(widths)]).astype(np.int64)
 
 
 def exits(lines: Array, tips: ArrayLike, velocities: ArrayLike | None = None) -> tuple[Array, Array, Array]:

@@ -33,7 +33,7 @@ template <class T> struct Plant {
     const T* command;      // (m), N
     const T* external;     // (6), wrench at the platform's origin, N and N m
     T* body;               // (13), state of the body
-    T* winch;              // (2 m), unwound lengths, m, and drum speeds, rad/s; NaN before the start
+    T* winch;              // (s), state numbers of the winches, WinchStates; NaN before the start
     T* tension;            // (m), N
     T* highest;            // (m), largest size of each tension since the start, N
     T* length;             // (m), m
@@ -48,19 +48,32 @@ template <class T> struct Plant {
     T* mass;               // (m), work space: that inertia along the cable, kg
     T* pulls;              // (m), work space: 1 for each taut cable, 0 for a slack one
     const int64_t* kinds;  // (m, 3), of winches, spans and exits as in `chains` and `lines`; the same in all lanes
+    const int64_t* places;  // (m + 1), of the states of each winch in `winch`, and their number
     int64_t m;
     int64_t w;
+    int64_t s;
     static constexpr char fields[] =
         "chains(m, 19), lines(m, w >= 6), offset(7), inertial(13), free(6), gravity(3), command(m), external(6), "
-        "both body(13), both winch(2*m), both tension(m), both highest(m), both length(m), both cable_work(1), "
+        "both body(13), both winch(s), both tension(m), both highest(m), both length(m), both cable_work(1), "
         "both beside(6), both place(7), applied(6), rate(m), matrix(6, m), work runs(m, 8), work light(m), "
-        "work mass(m), work pulls(m), kinds(m, 3), m, w";
+        "work mass(m), work pulls(m), kinds(m, 3), places(m + 1), m, w, s";
 
     CDPR_INLINE ChainRow<T> chain(int64_t i) const { return chain_row(chains, i); }
     CDPR_INLINE Quaternion<T> attitude() const { return quaternion(body + 3); }
     CDPR_INLINE Matrix<T> W() const { return {matrix, m}; }
-    CDPR_INLINE T& unwound(int64_t i) const { return winch[i]; }
-    CDPR_INLINE T& speed(int64_t i) const { return winch[m + i]; }
+    CDPR_INLINE WinchStates<T> states() const { return {winch, places}; }
+    CDPR_INLINE T& unwound(int64_t i) const { return states().unwound(i); }  // of a cable that stretches
+    CDPR_INLINE T& speed(int64_t i) const { return states().speed(i); }      // of its winch
+    CDPR_INLINE T* own(int64_t i) const { return states().own(i, stretches(i)); }
+    CDPR_INLINE int64_t own_count(int64_t i) const { return states().own_count(i, stretches(i)); }
+
+    // Return the motion of winch i under a tension, N; that of a cable which does not stretch moves with the cable.
+    CDPR_INLINE WinchMotion<T> motion(int64_t i, T pull) const {
+        const T per_turn = chain(i).per_turn(), *numbers = chain(i).winch();
+        if (stretches(i)) return {numbers, own(i), command[i], pull, unwound(i), speed(i)};
+        const T carried = select(per_turn == T(0.0), T(0.0), -rate[i] / per_turn);
+        return {numbers, own(i), command[i], pull, length[i], carried};
+    }
 
     // Return the rate of stretch of cable i, m/s.
     CDPR_INLINE T stretching(int64_t i) const { return rate[i] + chain(i).per_turn() * speed(i); }
@@ -82,13 +95,8 @@ template <class T> struct Plant {
         return {chain(i).span(), run(i).chord, run(i).wrapped_length, vector(gravity)};
     }
 
-    // Return whether cable i is elastic; whether some cable is elastic, or bent.
+    // Return whether cable i is elastic; whether some cable is bent.
     CDPR_INLINE bool stretches(int64_t i) const { return kinds[3 * i + 1] != INEXTENSIBLE; }
-    CDPR_INLINE bool stretches() const {
-        for (int64_t i = 0; i < m; i++)
-            if (stretches(i)) return true;
-        return false;
-    }
     CDPR_INLINE bool has_bent_cables() const {
         for (int64_t i = 0; i < m; i++)
             if (bends(chain(i).span_kind())) return true;

@@ -3,7 +3,8 @@
 Let z be the free directions of the platform and the unstretched lengths. About a pose, M z'' + C z' + K z = 0. The
 elongations are -B^T z with B = [W; 1], so that K = B k B^T and C = B d B^T + friction. M contains the inertia of the
 platform and I / r^2 of each drum. Drums of rigid cables move with the platform, so only their friction remains. The
-stiffness that tensions add across the cables is far below k and is neglected.
+stiffness that tensions add across the cables is far below k and is neglected. Own states of winches are not included: a
+motor is taken to hold its torque.
 """
 
 from __future__ import annotations

@@ -5,19 +5,25 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// Write unwound lengths and speeds for commanded tensions and constant stretch; 0 for cables that do not stretch.
+// Write unwound lengths and speeds for commanded tensions and constant stretch.
+template <class T> inline void start_stretching_cable(Plant<T>& plant, Truth<T> fresh, int64_t i) {
+    const ChainRow<T> row = plant.chain(i);
+    const T kind = row.span_kind(), command = plant.command[i];
+    const T unwound =
+        bends(kind) ? bent_rest(kind, plant.bent_span(i), command) : rest(kind, row.span(), plant.length[i], command);
+    const T speed = -plant.rate[i] / row.per_turn();
+    plant.unwound(i) = select(fresh, unwound, plant.unwound(i));
+    plant.speed(i) = select(fresh, speed, plant.speed(i));
+}
+
+// Write the states of the winches at their start.
 template <class T> inline void start_winches(Plant<T>& plant, Truth<T> fresh) {
     for (int64_t i = 0; i < plant.m; i++) {
-        const ChainRow<T> row = plant.chain(i);
-        const T kind = row.span_kind(), command = plant.command[i];
-        T unwound = 0.0, speed = 0.0;
-        if (plant.stretches(i)) {
-            unwound = bends(kind) ? bent_rest(kind, plant.bent_span(i), command)
-                                  : rest(kind, row.span(), plant.length[i], command);
-            speed = -plant.rate[i] / row.per_turn();
-        }
-        plant.unwound(i) = select(fresh, unwound, plant.unwound(i));
-        plant.speed(i) = select(fresh, speed, plant.speed(i));
+        if (plant.stretches(i)) start_stretching_cable(plant, fresh, i);
+        const int64_t count = plant.own_count(i);
+        T start[MOST_STATES], *own = plant.own(i);
+        own_start(plant.chain(i).winch_kind(), plant.motion(i, plant.command[i]), start, count);
+        for (int64_t j = 0; j < count; j++) own[j] = select(fresh, start[j], own[j]);
     }
 }
 
@@ -47,7 +53,7 @@ template <class T, class Anchors> inline bool write_light_tensions(Plant<T>& pla
         const ChainRow<T> row = plant.chain(i);
         WinchTension<T> own = {0.0, 0.0};
         if (!plant.stretches(i)) {
-            own = held(row.winch_kind(), row.winch(), plant.command[i], plant.rate[i],
+            own = held(row.winch_kind(), row.winch(), plant.own(i), plant.command[i], plant.rate[i],
                        length_acceleration(plant, anchors, i));
         } else if (!bends(row.span_kind())) {
             own.tension =
@@ -65,7 +71,7 @@ template <class T, class Anchors> inline bool write_light_tensions(Plant<T>& pla
 // Write the tensions, and the applied wrench of these and the external one, at the pose of the present geometry.
 template <class T, class Anchors = RestingAnchors>
 inline void write_tensions(Plant<T>& plant, PlatformDynamics<T>& dynamics, const Anchors& anchors = Anchors()) {
-    if (plant.stretches()) {
+    if (plant.s > 0) {
         const Truth<T> fresh = plant.winch[0] != plant.winch[0];
         if (any(fresh)) start_winches(plant, fresh);
     }
@@ -123,7 +129,13 @@ template <class T, class Anchors> inline void settle(Plant<T>& plant, PlatformDy
 // Return the acceleration of winch i under the tension of its cable.
 template <class T> CDPR_INLINE T winch_acceleration(const Plant<T>& plant, int64_t i) {
     const ChainRow<T> row = plant.chain(i);
-    return drum_acceleration(row.winch_kind(), row.winch(), plant.command[i], plant.tension[i], plant.speed(i));
+    return drum_acceleration(row.winch_kind(), row.winch(), plant.own(i), plant.command[i], plant.tension[i],
+                             plant.speed(i));
+}
+
+// Write the time derivatives of the own states of winch i under the tension of its cable.
+template <class T> CDPR_INLINE void write_own_slopes(const Plant<T>& plant, int64_t i, T* slope) {
+    own_slopes(plant.chain(i).winch_kind(), plant.motion(i, plant.tension[i]), slope, plant.own_count(i));
 }
 
 // Tensions, work and applied wrench at `body`.
@@ -138,7 +150,8 @@ template <class T> inline int settle_winches(Plant<T>& plant) {
     return settle_winches_with(plant, anchors);
 }
 
-// The same, then a step of the winches as in semi-implicit engines: speeds, and with them unwound lengths.
+// The same, then a step of the winches as in semi-implicit engines: own states, with them speeds, and with these
+// unwound lengths.
 template <class T> struct WinchStep {
     Plant<T> plant;
     double step;  // s
@@ -152,6 +165,9 @@ template <class T, class Anchors> inline int step_winches_with(WinchStep<T>& pro
     settle(plant, dynamics, anchors);
     anchors.complete_step();
     for (int64_t i = 0; i < plant.m; i++) {
+        T slope[MOST_STATES], *own = plant.own(i);
+        write_own_slopes(plant, i, slope);
+        for (int64_t j = 0; j < plant.own_count(i); j++) own[j] = own[j] + h * slope[j];
         if (!plant.stretches(i)) continue;
         plant.speed(i) = plant.speed(i) + h * winch_acceleration(plant, i);
         plant.unwound(i) = plant.unwound(i) - h * plant.chain(i).per_turn() * plant.speed(i);

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr.cables import chain_of
-from cdpr.cables.tables import chain_table
+from cdpr.cables.tables import chain_table, places_of_states
 from cdpr.mechanics.anchors import PlantAnchors
 from cdpr.mechanics.body_frame import BodyFrame
 from cdpr.model import Robot
@@ -31,7 +31,9 @@ class Winches:
         free: (6,) 1 for each row of a twist in which the platform moves, 0 if a guide blocks it.
         stretching: indices of the elastic cables.
         per_turn: (m,) cable length per unit of the winch coordinate [m/rad], 0 without a drum.
-        state: (2 m,) unwound lengths [m] and drum speeds [rad/s]; NaN before the start, 0 for rigid cables.
+        state: (s,) states of the winches, cable by cable (`Chain.states`): of an elastic cable unwound length [m] and
+            drum speed [rad/s], then the own states of the winch; NaN before the start.
+        places: (m + 1,) index in `state` of the first state of each winch, and s.
         tension: (m,) tensions [N].
         highest: (m,) largest magnitude of each tension since the start [N].
         work: (1,) work of the cables on the platform since the start [J].
@@ -56,13 +58,15 @@ class Winches:
         self.free[robot.rows] = 1.0
         self.stretching = np.flatnonzero([chain_of(robot, cable).stretches for cable in robot.cables])
         self.per_turn = chains[:, PER_TURN]
-        self.state, self.work = np.full(2 * m, np.nan), np.zeros(1)
+        self.places = places_of_states(robot)
+        self.state, self.work = np.full(self.places[-1], np.nan), np.zeros(1)
         self.tension, self.highest = np.zeros(m), np.zeros(m)
         self._length, self._beside, self._place = np.zeros(m), np.zeros(6), np.zeros(7)
         self.given: dict[str, Any] = {
             "chains": chains,
             "lines": frame.line_table,
             "kinds": _kinds(chains, frame.line_table),
+            "places": self.places,
             "offset": frame.offset,
             "inertial": _inertial(robot, frame),
             "free": self.free,

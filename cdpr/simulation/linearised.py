@@ -23,12 +23,13 @@ from cdpr.simulation.loop import Loop
 LENGTH = 1e-7  # of the frame's extent
 ANGLE = 1e-7  # rad
 TENSION = 1e-4  # of the highest tension limit
+OWN = 1e-6  # of an own state of a winch, or of 1 if that is larger
 
 
 def decay_rate(scenario: Scenario, pose: Array) -> float:
     """Return the decay rate (1/s) of the slowest mode at a pose; negative for a growing mode.
 
-    Central differences of the simulation give the derivative of one control step: a map of platform, drums and
+    Central differences of the simulation give the derivative of one control step: a map of platform, winches and
     commands. A mode with the eigenvalue z grows if |z| > 1.
 
     Args:
@@ -52,7 +53,7 @@ def decay_rate(scenario: Scenario, pose: Array) -> float:
 
 
 class _Step:
-    """One control step as a function of platform, drums and commands."""
+    """One control step as a function of platform, winches and commands."""
 
     def __init__(self, loop: Loop, scenario: Scenario) -> None:
         backend = loop.parts.backend
@@ -67,15 +68,18 @@ class _Step:
         loop.decide()
         self._attitude = winches.body[3:7].copy()
         free, stretching, turning = np.flatnonzero(winches.free), winches.stretching, winches.per_turn
+        unwound = winches.places[stretching]
         robot, step = scenario.robot, scenario.simulation.control_step
         m = robot.m
         length = LENGTH * float(np.linalg.norm(np.ptp(robot.anchors[:, :3], axis=0)))
         poses = np.where(np.arange(6) < 3, length, ANGLE)
         drums = length / np.where(turning > 0.0, turning, 1.0) / step
-        sizes = [poses, poses / step, np.full(m, length), drums, np.full(m, TENSION * robot.tension_max.max())]
-        self._sizes = np.concatenate(sizes)
-        winch = 12 + np.concatenate([stretching, m + stretching])
-        self._moving = np.concatenate([free, 6 + free, winch, np.arange(12 + 2 * m, 12 + 3 * m)])
+        states = OWN * np.maximum(np.abs(winches.state), 1.0)
+        states[unwound], states[unwound + 1] = length, drums[stretching]
+        self._sizes = np.concatenate([poses, poses / step, states, np.full(m, TENSION * robot.tension_max.max())])
+        own = np.setdiff1d(np.arange(len(states)), [unwound, unwound + 1])
+        winch = 12 + np.concatenate([unwound, unwound + 1, own])
+        self._moving = np.concatenate([free, 6 + free, winch, 12 + len(states) + np.arange(m)])
 
     def matrix(self) -> Array:
         """Return the derivative of the step, in units of the differences."""
@@ -84,7 +88,7 @@ class _Step:
         return np.asarray(np.array(columns).T[self._moving] / (2.0 * sizes[:, None]))
 
     def _after(self, i: int, size: float) -> Array:
-        """Return platform, drums and commands one step after a change of coordinate i."""
+        """Return platform, winches and commands one step after a change of coordinate i."""
         self._loop.restore(self._start)
         self._loop.decide()
         self._change(i, size)

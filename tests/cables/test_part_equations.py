@@ -7,7 +7,7 @@ import pytest
 from conftest import crossed_box, make_robot, random_state
 
 from cdpr.cables import EXITS, Pulley
-from cdpr.cables.chain import MOST
+from cdpr.cables.chain import MOST, Chain
 from cdpr.cables.direct import DIRECT
 from cdpr.cables.drum import DRUM
 from cdpr.cables.elastic import ELASTIC
@@ -44,8 +44,10 @@ class Sample:
         arrays = self.command, np.zeros(6), body_state(frame.offset, self.state), np.zeros(6)
         given = Winches(robot, frame, np.zeros(3), *arrays, STEP).given
         kinds = np.column_stack([chains[:, :2].astype(np.int64), np.zeros(M, dtype=np.int64)])
-        self.light, self.mass, self.winch = np.full(M, np.nan), np.full(M, np.nan), given["winch"]
-        self.given = {**given, "chains": chains, "kinds": kinds, "light": self.light, "mass": self.mass}
+        places = Chain(winch, span).states * np.arange(M + 1)
+        self.light, self.mass, self.winch = np.full(M, np.nan), np.full(M, np.nan), np.full(places[-1], np.nan)
+        given |= {"chains": chains, "kinds": kinds, "light": self.light, "mass": self.mass}
+        self.given = {**given, "winch": self.winch, "places": places}
         lever = robot.anchors[:, 3:] @ rotations.matrix(self.state[3:7]).T
         velocity = self.state[7:10] + np.cross(self.state[10:], lever)
         chord = self.state[:3] + lever - robot.anchors[:, :3]
@@ -90,7 +92,7 @@ def test_a_drum_with_an_elastic_cable(lowest):
         sample = Sample(seed, DRUM, ELASTIC, lowest)
         rng, (stiffness, damping), (radius, inertia) = np.random.default_rng(seed), sample.elastic.T, sample.drum.T[:2]
         unwound, speed = sample.length * rng.uniform(0.98, 1.005, M), rng.normal(size=M)
-        sample.winch[:] = np.concatenate([unwound, speed])
+        sample.winch[:] = np.column_stack([unwound, speed]).ravel()
         bind("step_winches", **sample.given, step=STEP)()
         stretch = sample.length - unwound
         tension = stiffness * stretch / unwound + damping * (sample.rate + radius * speed)
@@ -99,14 +101,15 @@ def test_a_drum_with_an_elastic_cable(lowest):
             assert (tension == 0.0).any()
         np.testing.assert_allclose(sample.light, tension, rtol=CLOSE, atol=HARDLY)
         speed = speed + STEP * (radius * sample.command - sample.friction(speed) - radius * tension) / inertia
-        np.testing.assert_allclose(sample.winch, [*(unwound - STEP * radius * speed), *speed], rtol=CLOSE, atol=HARDLY)
+        found = sample.winch.reshape(M, 2).T
+        np.testing.assert_allclose(found, [unwound - STEP * radius * speed, speed], rtol=CLOSE, atol=HARDLY)
 
 
 def test_an_elastic_cable_starts_at_its_command_with_constant_stretch():
     for seed in range(POSES):
         sample = Sample(seed, DRUM, ELASTIC)
         bind("settle_winches", **sample.given)()
-        unwound, speed = sample.winch[:M], sample.winch[M:]
+        unwound, speed = sample.winch.reshape(M, 2).T
         np.testing.assert_allclose(unwound, sample.length / (1.0 + sample.command / sample.elastic[:, 0]), rtol=CLOSE)
         np.testing.assert_allclose(speed, -sample.rate / sample.drum[:, 0], rtol=CLOSE)
 

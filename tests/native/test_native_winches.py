@@ -34,7 +34,8 @@ def plants(rng, kinds, pulleys, free):
     inertia = inertia @ inertia.swapaxes(1, 2) + 0.1 * np.eye(3)
     center = 0.0 if free == FREE else 0.1
     inertial = [rng.uniform(0.1, 100.0, (EACH, 1)), center * rng.normal(size=(EACH, 3)), inertia.reshape(EACH, 9)]
-    winch = rng.uniform(1.0, 6.0, (EACH, 2 * M))
+    places = np.concatenate([[0], np.cumsum(2 * kinds[:, 1])])  # two states of each cable that stretches
+    winch = rng.uniform(1.0, 6.0, (EACH, places[-1]))
     winch[rng.random(EACH) < 0.5] = np.nan  # not started
     given = {
         "chains": chains,
@@ -57,7 +58,8 @@ def plants(rng, kinds, pulleys, free):
         "place": np.zeros((EACH, 7)),
     }
     exits = np.arange(M) % 2 if pulleys else np.zeros(M)
-    return given, before, np.column_stack([kinds, exits]).astype(np.int64)
+    tables = {"kinds": np.column_stack([kinds, exits]), "places": places}
+    return given, before, {name: table.astype(np.int64) for name, table in tables.items()}
 
 
 def written(before, *more):
@@ -79,10 +81,10 @@ def test_a_lane_has_the_bits_of_a_plant_alone(free, pulleys):
         "winch_runge_kutta": ({"step": 1e-3, "steps": 2}, [("state", (13,))]),
     }
     for name, (values, more) in operations.items():
-        given, before, kinds = plants(rng, rng.integers(0, 2, (M, 2)), pulleys, free)
+        given, before, tables = plants(rng, rng.integers(0, 2, (M, 2)), pulleys, free)
         shapes = written(before, *more)
-        alone, _ = run(name, given, shapes, before, kinds=kinds, **values)
-        lanes, _ = run_lanes(name, given, shapes, before, kinds=kinds, **values)
+        alone, _ = run(name, given, shapes, before, **tables, **values)
+        lanes, _ = run_lanes(name, given, shapes, before, **tables, **values)
         assert np.isfinite(alone["applied"]).all(axis=1).sum() > EACH // 8
         for key in shapes:
             assert_same_bits(lanes[key], alone[key])
@@ -92,12 +94,12 @@ def test_a_lane_has_the_bits_of_a_plant_alone(free, pulleys):
 def test_drums_go_with_the_platform(free):
     """Newton and Euler of platform and drums together, by numpy: T = u - f/r - J/r^2 l'', some cables slack."""
     rng = np.random.default_rng(2)
-    given, before, kinds = plants(rng, np.tile([1, 0], (M, 1)), False, free)
+    given, before, tables = plants(rng, np.tile([1, 0], (M, 1)), False, free)
     given["chains"][..., 2], given["chains"][..., 5:7], given["external"][:] = 0.0, 0.0, 0.0
     q, body = rng.normal(size=(EACH, 4)), before["body"]
     body[:] = rng.uniform(-1.0, 1.0, (EACH, 13)) * ([1.0] * 7 + list(free))
     body[:, 3:7] = q / np.linalg.norm(q, axis=1)[:, None]
-    found, _ = run("settle_winches", given, written(before), before, kinds=kinds)
+    found, _ = run("settle_winches", given, written(before), before, **tables)
     rows, slack = np.flatnonzero(free), 0
     for k in range(EACH):
         R, omega = rotations.matrix(body[k, 3:7]), body[k, 10:]

@@ -179,14 +179,14 @@ def test_parts_with_keys_of_their_own(tree):
     assert "robot.cable.spring_rate: expected a number (N/m), got '3 kN/m'; write 3000, without the unit" in unit
     assert "did you mean 'spring_rate'?" in known
     plain, geared = np.array(unasked), np.array(whole)
-    tension, speed = slice(13, 21), slice(30, 38)
+    tension, unwound, speed = slice(13, 21), slice(22, 38, 2), slice(23, 38, 2)
     np.testing.assert_allclose(plain[speed], 0.0, atol=1e-9)  # the tension is the command yet
     radius, inertia, ratio = np.full(8, 0.05), np.full(8, 0.002), np.full(8, 1.1)
     radius[2], inertia[2], ratio[2] = 0.08, 0.01, 0.8
     np.testing.assert_allclose(geared[speed], 1e-3 * radius * (ratio - 1.0) * 300.0 / inertia, rtol=1e-6)
     for row in (plain, geared):
         length = lengths(row)[1:]  # the first may leave at its ring
-        np.testing.assert_allclose(row[tension][1:], 1e5 * (length - row[23:30]), rtol=1e-9)
+        np.testing.assert_allclose(row[tension][1:], 1e5 * (length - row[unwound][1:]), rtol=1e-9)
 
     truth = heavy_truth(SHORT)
     np.testing.assert_allclose(bent[:21], truth[:21], rtol=1e-6, atol=1e-6)

@@ -50,7 +50,7 @@ from cdpr.cables.drum import INERTIA, RADIUS
 from cdpr.base.fields import Positive
 
 RATIO = Number("winch.gear", Positive, "", "gear ratio")
-GEARED = Winch(header="cdpr/cables/geared/geared.hpp", numbers=(RADIUS, INERTIA, RATIO), needs=EVERYWHERE)
+GEARED = Winch(header="cdpr/cables/geared/geared.hpp", numbers=(RADIUS, INERTIA, RATIO), states=2, needs=EVERYWHERE)
 '''
 
 HEAVY = '''\

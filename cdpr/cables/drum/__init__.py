@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from cdpr.base.fields import NonNegative, Positive
 from cdpr.base.needs import of_winch
-from cdpr.cables.chain import Number, Winch
+from cdpr.cables.chain import COORDINATE, Number, Winch
 
 RADIUS = Number("winch.drum_radius", Positive, "m", "radius of the drum: unstretched cable that it winds, per radian")
 
@@ -40,4 +40,4 @@ NUMBERS = (
     ),
 )
 
-DRUM = Winch(header="cdpr/cables/drum/drum.hpp", numbers=NUMBERS, needs=of_winch())
+DRUM = Winch(header="cdpr/cables/drum/drum.hpp", numbers=NUMBERS, states=COORDINATE, needs=of_winch())

@@ -13,7 +13,7 @@ from xml.etree.ElementTree import Element, SubElement
 import numpy as np
 
 from cdpr.base.units import BASE_UNITS, si
-from cdpr.fmu.export.parts import width_of
+from cdpr.fmu.export.parts import states_in, width_of
 from cdpr.fmu.export.variables import Model, Variable
 from cdpr.native.exported_pipeline import Array, Operation
 
@@ -46,7 +46,8 @@ def configuration(model: Model, token: str) -> str:
     work = sum(len(words) for array, words in stored if array.kind == "work")
     numbers = sum(len(words) for _, words in stored) - work
     lines = [
-        f"cdpr-plant 2 token {token} cables {model.robot.m} width {width_of(model.robot)} variables {len(variables)} "
+        f"cdpr-plant 3 token {token} cables {model.robot.m} width {width_of(model.robot)} states {states_in(pipeline)} "
+        f"variables {len(variables)} "
         f"numbers {sum(variable.size for variable in variables)} arrays {len(stored)} {numbers} {work} "
         f"links {len(pipeline.links)} operations {len(pipeline.operations)}"
     ]

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from cdpr.base.errors import CdprError
 from cdpr.cables import chain_of
 from cdpr.cables.chain import Number, Part
-from cdpr.cables.tables import chain_table, line_table
+from cdpr.cables.tables import chain_table, line_table, places_of_states
 from cdpr.model import Robot
 from cdpr.native.exported_pipeline import ExportedPipeline, Link
 
@@ -39,6 +39,7 @@ def add_chains(pipeline: ExportedPipeline, robot: Robot) -> None:
         CdprError: if a cable sags.
     """
     index = pipeline.add("chains", chain_table(robot), "memory")
+    pipeline.add("winch_places", places_of_states(robot), "constant")
     for i, cable in enumerate(robot.cables):
         chain = chain_of(robot, cable)
         if chain.span.bends:
@@ -50,6 +51,12 @@ def add_chains(pipeline: ExportedPipeline, robot: Robot) -> None:
             for k, number in enumerate(part.numbers):
                 place = i * CHAIN_WIDTH + first + k
                 pipeline.links.append(Link(number.name, i, 1, index, place, positive=number.positive))
+
+
+def states_in(pipeline: ExportedPipeline) -> int:
+    """Return the number of states of the winches of a pipeline, 0 without winches."""
+    index = pipeline.find("winch_places")
+    return 0 if index is None else int(pipeline.arrays[index].content[-1])
 
 
 def width_of(robot: Robot) -> int:

@@ -13,6 +13,7 @@
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
+#include <cdpr/cables/chain.hpp>
 
 #include "model.h"
 
@@ -167,7 +168,7 @@ static void lay_out(Model& model, Block& numbers, Block& work) {
     Scratch& scratch = model.scratch;
     model.decisions = numbers.take(1);
     model.began = numbers.take(1);
-    model.winch = platform.winch = numbers.take(2 * m);
+    model.winch = platform.winch = numbers.take(model.states);
     platform.offset = numbers.take(7);
     platform.moments = numbers.take(4);
     platform.inertial = numbers.take(13);
@@ -195,11 +196,11 @@ static void lay_out(Model& model, Block& numbers, Block& work) {
     scratch.light = work.take(m);
     scratch.mass = work.take(m);
     scratch.pulls = work.take(m);
-    scratch.points = work.take(4 * (2 * m + 14));
+    scratch.points = work.take(4 * (model.states + 14));
     scratch.applied = work.take(6);
     scratch.chains = work.take(19 * m);
     scratch.body = work.take(13);
-    scratch.winch = work.take(2 * m);
+    scratch.winch = work.take(model.states);
     scratch.tension = work.take(m);
     scratch.highest = work.take(m);
     scratch.length = work.take(m);
@@ -221,10 +222,11 @@ static bool allocate_all(Model& model, size_t array_numbers, size_t array_work) 
     model.number = allocate<double>(model.count);
     model.work = allocate<double>(model.work_count);
     model.kinds = allocate<int64_t>(3 * model.cables);
+    model.places = allocate<int64_t>(model.cables + 1);
     model.tangent = allocate<double>(2 * model.scalars);
     model.dual = allocate<double>(dual_size(model));
     if (!model.variable || !model.owner || !model.array || !model.link || !model.operation || !model.number ||
-        !model.work || !model.kinds || !model.tangent || !model.dual)
+        !model.work || !model.kinds || !model.places || !model.tangent || !model.dual)
         return false;
     numbers = {model.number + model.scalars + array_numbers, 0};
     work = {model.work + array_work, 0};
@@ -256,6 +258,21 @@ static bool read_kinds(const Model& model) {
     return sound;
 }
 
+// Read the places of the winches' states; return whether they are valid.
+static bool read_places(const Model& model) {
+    const double* stored = find_array(model, "winch_places", model.cables + 1);
+    if (!model.chains) return model.states == 0;
+    if (!stored) return false;
+    memcpy(model.places, stored, (model.cables + 1) * sizeof *model.places);
+    bool sound = model.places[0] == 0 && model.places[model.cables] == int64_t(model.states);
+    for (size_t i = 0; i < model.cables; i++) {
+        const bool stretches = cdpr::chain_row(model.chains, int64_t(i)).stretches();
+        const int64_t count = model.places[i + 1] - model.places[i];
+        sound = sound && count >= (stretches ? cdpr::WinchStates<double>::COORDINATE : 0) && count <= cdpr::MOST_STATES;
+    }
+    return sound;
+}
+
 // Check that all variables of the model exist.
 static bool complete(Model& model, char* message) {
     const size_t m = model.cables;
@@ -268,6 +285,7 @@ static bool complete(Model& model, char* message) {
     model.inertial = find_array(model, "inertial", 13);
     if (model.inertial) memcpy(model.nominal, model.inertial, 13 * sizeof(double));
     if (!read_kinds(model)) return broken(message, "unknown kinds of", "parts of cables");
+    if (!read_places(model)) return broken(message, "wrong places of", "states of winches");
     if (!model.field[TIME] || !model.asked()) return broken(message, "missing", name_of(TIME));
     if ((model.has_platform() || model.decides()) && !model.lines) return broken(message, "missing", "lines");
     if (!model.has_platform() && !model.decides() && !model.chains) return broken(message, "missing", "chains");
@@ -295,13 +313,14 @@ bool load(Model& model, FILE* file, char* message) {
     size_t array_numbers, array_work;
     memset(static_cast<void*>(&model), 0, sizeof model);
     if (fscanf(file,
-               "cdpr-plant 2 token %63s cables %zu width %zu variables %zu numbers %zu arrays %zu %zu %zu links %zu "
+               "cdpr-plant 3 token %63s cables %zu width %zu states %zu variables %zu numbers %zu arrays %zu %zu %zu "
+               "links %zu "
                "operations %zu",
-               model.token, &model.cables, &model.width, &model.variables, &model.scalars, &model.arrays,
-               &array_numbers, &array_work, &model.links, &model.operations) != 10)
+               model.token, &model.cables, &model.width, &model.states, &model.variables, &model.scalars, &model.arrays,
+               &array_numbers, &array_work, &model.links, &model.operations) != 11)
         return broken(message, "wrong head, token", model.token);
-    const size_t sizes[] = {model.cables,  model.variables, model.scalars, model.arrays,
-                            array_numbers, array_work,      model.links,   model.operations};
+    const size_t sizes[] = {model.cables,  model.states, model.variables, model.scalars,   model.arrays,
+                            array_numbers, array_work,   model.links,     model.operations};
     for (size_t size : sizes)
         if (size > most || model.width > 100) return broken(message, "wrong head, token", model.token);
     if (model.cables == 0 || model.scalars == 0) return broken(message, "wrong head, token", model.token);
@@ -331,6 +350,7 @@ void free_model(Model& model) {
     free(model.number);
     free(model.work);
     free(model.kinds);
+    free(model.places);
     free(model.tangent);
     free(model.dual);
     memset(static_cast<void*>(&model), 0, sizeof model);

@@ -112,7 +112,7 @@ struct Scratch {
 // All numbers of the state are in one array: variables in the order of their value references, then the arrays of
 // operations, then those of the platform. A copy of it is a snapshot.
 struct Model {
-    size_t cables, width;                                  // m; numbers in a row of `lines`
+    size_t cables, width, states;                          // m; numbers in a row of `lines`; states of all winches
     size_t variables, scalars, arrays, links, operations;  // counts; scalars are the numbers of variables
     Variable* variable;
     size_t* owner;  // (scalars) index of the variable of each number
@@ -128,10 +128,11 @@ struct Model {
         *report;                 // of a controller: state (13), desired motion (19), tensions (m), report (4)
     double *inertial, *nominal;  // of a controller: mass properties (13), with and without attached bodies
     double *decisions, *began;   // number of decisions, and the time of the first, s
-    double* winch;               // (2 m), of winches alone
+    double* winch;               // (states), of winches alone
     Platform platform;
     Scratch scratch;
     int64_t* kinds;   // (m, 3), of winches, spans and exits, as in `chains` and `lines`
+    int64_t* places;  // (m + 1), of the states of each winch in `winch`, and their number
     double* tangent;  // (2 scalars), of directional derivatives
     double* dual;     // scratch space of these
     char token[LABEL];

@@ -65,8 +65,10 @@ cdpr::Plant<double> plant_of(const Model& model) {
             s.mass,
             s.pulls,
             model.kinds,
+            model.places,
             int64_t(model.cables),
-            int64_t(model.width)};
+            int64_t(model.width),
+            int64_t(model.states)};
 }
 
 static void step_winches(Model& model, double step, int64_t steps) {
@@ -140,7 +142,7 @@ size_t pushed(const Model& model) {
 bool sound(const Model& model) {
     double sum = 0.0;
     for (size_t i = 0; model.has_platform() && i < 13; i++) sum += 0.0 * model.platform.state[i];
-    for (size_t i = 0; model.has_winches() && i < 2 * model.cables; i++)
+    for (size_t i = 0; model.has_winches() && i < model.states; i++)
         if (model.winch[0] == model.winch[0]) sum += 0.0 * model.winch[i];
     return sum == 0.0;
 }
@@ -251,7 +253,7 @@ bool retune(Model& model, char* message) {
 bool start(Model& model, char* message) {
     *model.decisions = 0.0;
     *model.platform.loaded_at = *model.field[TIME];
-    for (size_t i = 0; i < 2 * model.cables; i++) model.winch[i] = NAN;
+    for (size_t i = 0; i < model.states; i++) model.winch[i] = NAN;
     if (!build(model, message)) return false;
     if (model.has_platform() && !start_platform(model, message)) return false;
     publish(model);

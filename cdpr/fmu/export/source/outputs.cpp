@@ -15,7 +15,7 @@ static void publish_winches(Model& model) {
     const Platform& p = model.platform;
     const Scratch& s = model.scratch;
     copy(s.body, p.body, 13);
-    copy(s.winch, p.winch, 2 * m);
+    copy(s.winch, p.winch, model.states);
     copy(s.beside, p.beside, 6);
     copy(s.place, p.place, 7);
     cdpr::Plant<double> ahead = plant_of(model);
@@ -34,9 +34,9 @@ static void publish_winches(Model& model) {
     for (size_t i = 0; i < m; i++) {
         const cdpr::ChainRow<double> row = ahead.chain(int64_t(i));
         const double turn = row.per_turn(), carried = turn != 0.0 ? -ahead.rate[i] / turn : 0.0;
-        model.field[DRUM_SPEED][i] = row.stretches() ? s.winch[m + i] : carried;
+        model.field[DRUM_SPEED][i] = row.stretches() ? ahead.speed(int64_t(i)) : carried;
         if (model.field[UNSTRETCHED_LENGTH])
-            model.field[UNSTRETCHED_LENGTH][i] = row.stretches() ? s.winch[i] : s.length[i];
+            model.field[UNSTRETCHED_LENGTH][i] = row.stretches() ? ahead.unwound(int64_t(i)) : s.length[i];
     }
 }
 
