@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from inspect import Parameter, signature
 from typing import Any
 
 from cdpr.base.errors import CdprError
 from cdpr.base.nearest import did_you_mean
+from cdpr.base.problems import shown
 
 
 def call(do: str, function: Callable[..., Any], arguments: Mapping[str, Any]) -> Any:
@@ -33,3 +34,14 @@ def call(do: str, function: Callable[..., Any], arguments: Mapping[str, Any]) ->
     except TypeError as error:
         raise CdprError(f"{do}: {error}") from None
     return function(**arguments)
+
+
+def in_order(tension: Sequence[float], names: Sequence[str], cables: Sequence[str]) -> list[float]:
+    """Return tensions, N, given in the order of `names`, in the order of the cables.
+
+    Raises:
+        CdprError: if the names are not those of all cables, or the number of tensions differs.
+    """
+    if sorted(names) != sorted(cables) or len(tension) != len(names):
+        raise CdprError(f"expected one for each of {', '.join(cables)}, got {shown(names)}, {len(tension)} tensions")
+    return [tension[names.index(cable)] for cable in cables]

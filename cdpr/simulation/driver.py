@@ -13,13 +13,12 @@ from itertools import count
 from typing import Any
 
 from cdpr.base.errors import CdprError
-from cdpr.base.problems import shown
 from cdpr.log.recorder import BLOCK
 from cdpr.log.run import Run
 from cdpr.model.arrays import checked
 from cdpr.scenario.events.loads import Wrench
 from cdpr.scenario.events.payload import Payload
-from cdpr.simulation.arguments import call
+from cdpr.simulation.arguments import call, in_order
 from cdpr.simulation.clock import Pacing, checked_speed
 from cdpr.simulation.requests import URGENT, CommandWarning, Level, Request, Requests, unknown
 from cdpr.simulation.session import acting_span
@@ -371,12 +370,7 @@ class Driver:
         if self._stopped:
             raise CdprError("tension: the robot is stopped")
         if names:
-            cables = [cable.name for cable in simulation.scenario.robot.cables]
-            if sorted(names) != sorted(cables) or len(tension) != len(names):
-                raise CdprError(
-                    f"expected one for each of {', '.join(cables)}, got {shown(names)}, {len(tension)} tensions"
-                )
-            tension = [tension[names.index(cable)] for cable in cables]
+            tension = in_order(tension, names, [cable.name for cable in simulation.scenario.robot.cables])
         checked(tension, (simulation.scenario.robot.m,), "tension", finite=True)  # refuse invalid values immediately
         self._tension = tension
 

@@ -6,51 +6,14 @@ from threading import Barrier, Thread
 
 import numpy as np
 import pytest
-from conftest import ROOT
+from driver_client import CAROCA, SHORT, Client, ask, rows
 from fake_clock import FakeClock
 
 import cdpr
 from cdpr.base.errors import CdprError, Infeasible
 from cdpr.simulation import driver as module
-from cdpr.simulation.driver import MOST_STEPS, WAITS, CommandWarning, Driver
-from cdpr.simulation.requests import MAX_PENDING, Request, Requests
-
-CAROCA = ROOT / "scenarios" / "caroca.yaml"
-SHORT = {"simulation.duration": 0.1, "initial.position": [1.0, 0.3, 1.5], "trajectory": {"type": "hold"}}
-
-
-class Client(Driver):
-    """Driver that keeps its reports.
-
-    It executes `script`, functions of it, at given numbers of complete samples, and one of `paused` after each wait in
-    a pause.
-    """
-
-    def __init__(self, script=(), speed=1.0, paused=(), **overrides):
-        simulation = cdpr.Simulation(CAROCA, overrides={**SHORT, **overrides})
-        super().__init__(simulation, Requests(FakeClock()), speed=speed)
-        self.script, self.while_paused, self.said, self.parameters = list(script), list(paused), [], {}
-
-    def after_turn(self, moved):
-        if self.paused and self.while_paused:
-            self.while_paused.pop(0)(self)
-        while self.script and self.simulation.samples >= self.script[0][0]:
-            self.script.pop(0)[1](self)
-
-    def report(self, request, level, text):
-        self.said.append((level, text))
-
-    def changed(self, parameters):
-        self.parameters |= parameters
-
-
-def ask(what, **values):
-    """Return a function that puts a request."""
-    return lambda driver: driver.requests.put(Request(what, values))
-
-
-def rows(events=(), **overrides):
-    return cdpr.simulate(CAROCA, overrides={**SHORT, **overrides, "events": list(events)}).rows.tobytes()
+from cdpr.simulation.driver import MOST_STEPS, WAITS, Driver
+from cdpr.simulation.requests import MAX_PENDING, CommandWarning, Request, Requests
 
 
 def test_a_run_takes_the_time_of_its_clock():
@@ -197,75 +160,6 @@ def test_many_steps_are_made_in_portions_and_answered_after_the_last():
     assert seen == [(16, False), (24, False), (50, True)]
     assert (request.answer, later.answer) == ("", "")
     assert run.events[0].time == pytest.approx(0.05)
-
-
-def test_a_stop_ends_steps_also_behind_other_requests():
-    """Requests before it are executed, but no further step."""
-    steps, push, more, stop = (
-        Request("step", {"n": 50}),
-        Request("push", {"force": [9.0, 0.0, 0.0]}),
-        Request("step", {"n": 4}),
-        Request("stop"),
-    )
-
-    def ask_all(driver):
-        for request in (push, more, stop):
-            driver.requests.put(request, replaceable=False)
-
-    driver = Client([(8, ask_all)], paused=[nothing] * 3 + [resume])
-    driver.most = 8
-    driver.requests.put(steps, replaceable=False)
-    run = driver.run()
-    assert [each.answer for each in (steps, push, more, stop)] == [
-        "step: interrupted, 34 steps remain",
-        "",
-        "step: interrupted, 4 steps remain",
-        "",
-    ]
-    times = {event.kind: event.time for event in run.events}
-    assert times["wrench"] == times["emergency_stop"] == pytest.approx(0.016)
-
-
-def test_requests_behind_a_waiting_one_keep_the_order():
-    """Only a stop overtakes: steps, then a push, then a pause are what they say."""
-    steps, push, pause = Request("step", {"n": 50}), Request("push", {"force": [9.0, 0.0, 0.0]}), Request("pause")
-    driver = Client(paused=[nothing] * 8 + [resume])
-    driver.most = 8
-    for request in (steps, push, pause):
-        driver.requests.put(request, replaceable=False)
-    run = driver.run()
-    assert [each.answer for each in (steps, push, pause)] == [""] * 3
-    assert run.events[0].time == pytest.approx(0.05)
-
-
-def test_a_stop_does_not_wait_for_slices_that_are_late():
-    """Although other requests may take a small share of the time only."""
-    pushes = [Request("push", {"force": [1.0, 0.0, 0.0]}) for _ in range(20)]
-
-    def ask_all(driver):
-        driver.clock.tick = 1.0  # late, and each request takes long
-        for request in (*pushes, Request("stop")):
-            driver.requests.put(request, replaceable=False)
-
-    run = Client([(20, ask_all)]).run()
-    assert [event.time for event in run.events if event.kind == "emergency_stop"] == [pytest.approx(0.02)]
-    assert run.external[20, 0] == 20.0
-
-
-def test_a_stop_ends_requested_tensions():
-    late = Request("tension", {"tension": [310.0] * 8})
-    script = [
-        (20, ask("tension", tension=[300.0] * 8)),
-        (50, ask("stop")),
-        (60, lambda driver: driver.requests.put(late)),
-        (70, ask("tension", tension=[])),
-    ]
-    driver = Client(script)
-    tension = driver.run().tension
-    assert (tension[20:50] == 300.0).all()
-    assert (tension[50:] != 300.0).all()
-    assert driver.said == [("error", "tension: the robot is stopped")] == [("error", late.answer)]
-    assert (tension != 310.0).all()
 
 
 def test_an_abandoned_request_does_not_end_steps():
