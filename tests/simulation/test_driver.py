@@ -6,7 +6,7 @@ from threading import Barrier, Thread
 
 import numpy as np
 import pytest
-from driver_client import CAROCA, SHORT, Client, ask, rows
+from driver_client import CAROCA, SHORT, Client, ask, nothing, resume, rows
 from fake_clock import FakeClock
 
 import cdpr
@@ -115,14 +115,6 @@ def test_requests_of_many_threads_are_executed_once_each():
     assert all(request.done.is_set() and request.answer == "" for mine in asked for request in mine)
     assert run.external[0, :2].tolist() == [threads * 36.0, 64.0]
     assert sum(event.kind == "wrench" for event in run.events) == 64
-
-
-def resume(driver):
-    driver.requests.put(Request("pause", {"paused": False}))
-
-
-def nothing(driver):
-    pass
 
 
 def test_pause_step_and_resume():

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from driver_client import Client, ask
+from driver_client import Client, ask, nothing, resume
 
 from cdpr.simulation.requests import Request
 

@@ -45,3 +45,11 @@ def ask(what, **values):
 
 def rows(events=(), **overrides):
     return cdpr.simulate(CAROCA, overrides={**SHORT, **overrides, "events": list(events)}).rows.tobytes()
+
+
+def resume(driver):
+    driver.requests.put(Request("pause", {"paused": False}))
+
+
+def nothing(driver):
+    pass
