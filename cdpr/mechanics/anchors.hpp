@@ -127,4 +127,14 @@ inline int observe_anchors(ObservedAnchors& cables) {
     return 0;
 }
 
+// A kernel as a function of its problem with anchors that move.
+template <class Step, int (*kernel)(Step&, MovingAnchors&), int64_t (*count)(const Step&)>
+inline int anchored(Anchored<Step>& problem) {
+    MovingAnchors anchors = {problem.anchors, count(problem.plant)};
+    return kernel(problem.plant, anchors);
+}
+
+template <class Step> inline int64_t count(const Step& step) { return step.m; }
+template <class Step> inline int64_t count_of_plant(const Step& step) { return step.plant.m; }
+
 }  // namespace cdpr::CDPR_TARGET

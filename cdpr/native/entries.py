@@ -82,12 +82,14 @@ def entry_of(name: str) -> Entry:
 
 def _header(headers: Sequence[str], arguments: str) -> str:
     """Return the header that defines the function of an entry."""
-    words = re.findall(r"\w+", re.sub(r"<[^<>]*>\)?$", "", arguments.split(",", 1)[1].strip()))
-    defined = re.compile(rf"\bint\s+{words[-1]}\s*\(")
+    function = arguments.split(",", 1)[1].strip()
+    found = re.match(r"static_cast<.*>\((\w+)", function) or re.match(r"(?:\w+::)*(\w+)", function)
+    assert found
+    defined = re.compile(rf"\bint\s+{found[1]}\s*\(")
     for header in (*headers, *headers_of(map(header_text, headers))):
         if defined.search(header_text(header)):
             return header
-    raise CdprError(f"operation {words[-1]}: found in no header of its table")
+    raise CdprError(f"operation {found[1]}: found in no header of its table")
 
 
 @cache

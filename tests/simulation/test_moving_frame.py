@@ -125,8 +125,8 @@ def test_a_motion_that_fails_ends_the_run(run, backend):
 
 
 def test_unsupported_combinations(run):
-    with pytest.raises(CdprError, match="expected one part that moves them, got 'carriage', 'carriage'"):
-        run(CAROCA, carriage, carriage)
+    with pytest.raises(CdprError, match="expected one part that moves them, got 'carriage', 'trolley'"):
+        run(CAROCA, carriage, type("Trolley", (Carriage,), {"name": "trolley"}))
     with pytest.raises(CdprError, match="expected cables that leave from points, got exit pulley"):
         run(str(ROOT / "scenarios" / "cogiro_pulleys.yaml"), carriage)
     with pytest.raises(PluginError, match="part 'carriage' declares moves_anchors"):

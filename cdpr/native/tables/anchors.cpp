@@ -8,16 +8,6 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// A kernel as a function of its problem with anchors that move.
-template <class Step, int (*kernel)(Step&, MovingAnchors&), int64_t (*count)(const Step&)>
-inline int anchored(Anchored<Step>& problem) {
-    MovingAnchors anchors = {problem.anchors, count(problem.plant)};
-    return kernel(problem.plant, anchors);
-}
-
-template <class Step> inline int64_t count(const Step& step) { return step.m; }
-template <class Step> inline int64_t count_of_plant(const Step& step) { return step.plant.m; }
-
 static constexpr cdpr_entry entries[] = {
     entry<PlaceAnchors, place_anchors>("place_anchors"),
     entry<PlaceForStep, place_for_step>("place_for_step"),
