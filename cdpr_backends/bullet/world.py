@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import weakref
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -44,15 +45,15 @@ class SavedState:
     def __init__(self, client: Client) -> None:
         self._client = client
         self._number = pybullet.saveState(client.number)
-        weakref.finalize(self, _forget, self._number, client.number)
+        weakref.finalize(self, _forget, self._number, client.number, client.close)
 
     def restore(self) -> None:
         """Restore this state of the client."""
         pybullet.restoreState(stateId=self._number, physicsClientId=self._client.number)
 
 
-def _forget(number: int, client: int) -> None:
-    if pybullet.isConnected(client):
+def _forget(number: int, client: int, close: weakref.finalize[Any, Any]) -> None:
+    if close.alive:  # a client that is closed has no states, and its number may be that of another
         pybullet.removeState(number, client)
 
 
