@@ -16,6 +16,7 @@ ADDED = {  # modules that the tests themselves add
     "cdpr.more",
     "cdpr.cables.geared",
     "cdpr.cables.heavy",
+    "cdpr.cables.lagged",
     "cdpr.cables.ring",
     "cdpr.cables.spring",
     "cdpr.scenario.events.gust",

@@ -80,6 +80,8 @@ OTHERS = [
     Other("mujoco", "cdpr.formats.read.mjcf", "likewise"),
     Other("mujoco", "cdpr.formats.read.mjcf_text", "likewise"),
     Other("mujoco", "cdpr.formats.read.mjcf_used", "likewise"),
+    Other("contact", "cdpr.scenario.run_checks", "a key of the section `world`"),
+    Other("contact", "cdpr.scenario.schema", "likewise"),
     Other("contact", "cdpr.formats.read.mjcf_text", "an element of MJCF"),
     Other("contact", "cdpr.formats.read.mjcf_used", "an attribute of MJCF"),
     Other("lp", "cdpr.ui.cli.workspace_compare", "an oracle: linear programs"),

@@ -36,7 +36,7 @@ def test_a_stop_ends_steps_also_behind_other_requests():
 
 
 def test_requests_behind_a_waiting_one_keep_the_order():
-    """Only a stop overtakes: steps, then a push, then a pause are what they say."""
+    """Only a stop overtakes others: steps, a push and a pause are executed in this order."""
     steps, push, pause = Request("step", {"n": 50}), Request("push", {"force": [9.0, 0.0, 0.0]}), Request("pause")
     driver = Client(paused=[nothing] * 8 + [resume])
     driver.most = 8
