@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import ROOT
+from restarts import assert_restarts_give
 
 import cdpr
 from cdpr.base.columns import GROUPS, Column, ColumnGroup, known_columns
@@ -68,16 +69,7 @@ def test_a_part_adds_its_column_and_changes_nothing_else(toy, tmp_path):
 
 def test_its_memory_is_restored_and_reset(toy):
     whole = cdpr.simulate(CAROCA, overrides=SHORT).rows.tobytes()
-    with cdpr.Simulation(CAROCA, overrides=SHORT) as simulation:
-        simulation.step(20)
-        snapshot = simulation.snapshot()
-        simulation.step(15)
-        simulation.restore(snapshot)
-        simulation.step(30)
-        assert simulation.run().rows.tobytes() == whole
-        simulation.reset()
-        simulation.step(50)
-        assert simulation.run().rows.tobytes() == whole
+    assert_restarts_give(whole, CAROCA, SHORT)
 
 
 def test_a_rollout_has_the_bits_of_single_runs(toy):

@@ -8,6 +8,7 @@ from conftest import ROOT
 from moving_anchors import Broken, Carriage
 from plants import installed
 from pydantic import Field
+from restarts import assert_restarts_give
 
 import cdpr
 from cdpr.base.errors import CdprError, PluginError, ScenarioError
@@ -97,16 +98,7 @@ def test_anchors_of_the_nominal_robot_move_with_the_true_ones(run):
 @pytest.mark.parametrize("scenario", [CAROCA, WINCH])
 def test_snapshots_and_resets(monkeypatch, run, scenario):
     whole = run(scenario, carriage).rows.tobytes()
-    with cdpr.Simulation(scenario, overrides=SHORT) as simulation:
-        simulation.step(20)
-        snapshot = simulation.snapshot()
-        simulation.step(15)
-        simulation.restore(snapshot)
-        simulation.step(30)
-        assert simulation.run().rows.tobytes() == whole
-        simulation.reset()
-        simulation.step(50)
-        assert simulation.run().rows.tobytes() == whole
+    assert_restarts_give(whole, scenario, SHORT)
 
 
 def test_rollouts_have_the_bits_of_single_runs(run):
