@@ -83,7 +83,8 @@ async function checkPage(width) {
         const points = [[r.left + 3, r.top + r.height / 2], [r.right - 3, r.top + r.height / 2], [(r.left + r.right) / 2, r.top + r.height / 2],
           [r.left + 3, r.top + 4], [r.right - 3, r.bottom - 4]];
         for (const [x, y] of points) {
-          if (x <= inside.left || x >= inside.right || y <= inside.top || y >= inside.bottom) continue;
+          // An edge between two pixels is hit as if it were at the nearest one.
+          if (x <= inside.left + 1 || x >= inside.right - 1 || y <= inside.top + 1 || y >= inside.bottom - 1) continue;
           const hit = document.elementFromPoint(x, y);
           if (!hit) continue;
           if (hit === el || hit.contains(el) || el.contains(hit)) { seen.set(el, true); continue; }

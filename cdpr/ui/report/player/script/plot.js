@@ -172,7 +172,7 @@ class Plot {
     c.fillStyle = text;
     c.textBaseline = "middle";
     c.textAlign = "right";
-    let step = niceStep(high - low, Math.max(2, this.height / 32));
+    let step = niceStep(high - low, Math.max(this.height < 24 ? 1 : 2, this.height / 32)); // two numbers where three would touch
     if (this.panel.log) step = Math.max(1, Math.ceil(step));
     for (let v = Math.ceil(low / step) * step; v <= high + 1e-9 * step; v += step) {
       const y = Math.round(this.y(v)) + 0.5;
