@@ -7,8 +7,8 @@ from functools import lru_cache
 
 import numpy as np
 
-from cdpr.analysis.distribution import adversaries
-from cdpr.analysis.distribution.continuity import Path
+from cdpr.analysis.bench import adversaries
+from cdpr.analysis.bench.continuity import Path
 from cdpr.mechanics import dynamics, kinematics
 from cdpr.model import Cable, Platform, Robot, rotations
 from cdpr.model.robot import DOF_NAMES, Array, frozen_array
@@ -258,7 +258,7 @@ def on_path(path: Path, s: float) -> Problem:
 
 @lru_cache
 def misleading(count: int, seed: int) -> tuple[tuple[adversaries.Adversaries, tuple[Problem, ...]], ...]:
-    """Return adversarial problems of each robot of `cdpr.analysis.distribution.adversaries`, together and singly."""
+    """Return adversarial problems of each robot of `cdpr.analysis.bench.adversaries`, together and singly."""
     groups = []
     for robot in adversaries.robots():
         found = adversaries.adversaries(robot, count, seed)

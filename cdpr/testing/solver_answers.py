@@ -9,9 +9,9 @@ from time import perf_counter
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.analysis.distribution import adversaries
-from cdpr.analysis.distribution.continuity import Path, steepest
-from cdpr.analysis.distribution.poison import POISON, Memory
+from cdpr.analysis.bench import adversaries
+from cdpr.analysis.bench.continuity import Path, steepest
+from cdpr.analysis.bench.poison import POISON, Memory
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.plugins import TensionSolver

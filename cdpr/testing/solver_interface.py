@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cdpr.analysis.distribution.poison import POISON, Memory
+from cdpr.analysis.bench.poison import POISON, Memory
 from cdpr.model.robot import Array, read_only
 from cdpr.native.bind import LANES
 from cdpr.plugins import CompiledSolver

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from cdpr.analysis.distribution.adversaries import robots
+from cdpr.analysis.bench.adversaries import robots
 from cdpr.plugins.registry import registry
 from cdpr.tension import Status
 

@@ -11,11 +11,11 @@ from tension_cases import Case, cases
 from tension_operations import accept
 
 from cdpr.analysis.bench import solver_calls as bench
+from cdpr.analysis.bench.adversaries import adversaries, robots
 from cdpr.analysis.bench.measures import accuracy
 from cdpr.analysis.bench.oracle import certified
+from cdpr.analysis.bench.poison import Memory
 from cdpr.analysis.bench.problems import hard_problems
-from cdpr.analysis.distribution.adversaries import adversaries, robots
-from cdpr.analysis.distribution.poison import Memory
 from cdpr.plugins.registry import registry
 from cdpr.tension import Status
 

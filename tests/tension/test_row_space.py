@@ -7,7 +7,7 @@ import pytest
 from spread import sampled
 from tension_operations import box_least_squares
 
-from cdpr.analysis.distribution import adversaries
+from cdpr.analysis.bench import adversaries
 from cdpr.model import DOF_NAMES
 from cdpr.tension.active_set import nearest_point
 from cdpr.tension.admissible import general_solution

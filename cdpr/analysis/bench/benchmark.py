@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 
 from cdpr.analysis.bench import measures
+from cdpr.analysis.bench.adversaries import adversaries as make_adversaries
+from cdpr.analysis.bench.adversaries import robots as hard_robots
+from cdpr.analysis.bench.continuity import Path
 from cdpr.analysis.bench.oracle import Oracle, certified, consult
 from cdpr.analysis.bench.problems import Problems, box, hard_problems, make_paths, make_problems
 from cdpr.analysis.bench.solver_calls import SolverCallFailed, make_solver, run_solver, solve_one
-from cdpr.analysis.distribution.adversaries import adversaries as make_adversaries
-from cdpr.analysis.distribution.adversaries import robots as hard_robots
-from cdpr.analysis.distribution.continuity import Path
 from cdpr.base.errors import CdprError, PluginError
 from cdpr.base.version import VERSION
 from cdpr.model import Robot
@@ -64,7 +64,7 @@ def run(
         poses: problems per robot.
         seed: seed of poses, loads, paths and adversaries.
         adversaries: number of additional adversarial problems for each of several robot sizes, reported separately; see
-            `cdpr.analysis.distribution.adversaries`.
+            `cdpr.analysis.bench.adversaries`.
         plugins: registry of solvers; the installed ones by default.
         options: options by solver; defaults otherwise.
         progress: called with the finished steps and their total, first with 0.

@@ -31,10 +31,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cdpr.analysis.bench.continuity import Path, steepest
 from cdpr.analysis.bench.oracle import UNIQUE, Oracle
 from cdpr.analysis.bench.problems import Problems
 from cdpr.analysis.bench.solver_calls import Answers
-from cdpr.analysis.distribution.continuity import Path, steepest
 from cdpr.model.robot import Array
 from cdpr.tension import Status
 from cdpr.tension.checks import LIMIT_TOLERANCE, RESIDUAL_TOLERANCE

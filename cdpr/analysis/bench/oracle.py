@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from cdpr.analysis.bench.adversaries import BAND, Adversaries
 from cdpr.analysis.bench.problems import Problems
-from cdpr.analysis.distribution.adversaries import BAND, Adversaries
 from cdpr.base.errors import MissingPackageError
 from cdpr.model.robot import Array
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cdpr.analysis.distribution.adversaries import Adversaries
-from cdpr.analysis.distribution.continuity import Path
+from cdpr.analysis.bench.adversaries import Adversaries
+from cdpr.analysis.bench.continuity import Path
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.kinematics import make_state, wrench_matrix
 from cdpr.mechanics.properties import home_pose

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from cdpr.analysis.bench.poison import POISON
 from cdpr.analysis.bench.problems import Problems
-from cdpr.analysis.distribution.poison import POISON
 from cdpr.base.errors import one_line
 from cdpr.model import Robot
 from cdpr.model.robot import Array

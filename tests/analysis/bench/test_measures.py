@@ -12,10 +12,10 @@ from bench_cases import plugin, plugins, wall
 from spread import sampled
 
 from cdpr.analysis.bench import benchmark, measures, oracle, run
+from cdpr.analysis.bench.continuity import steepest
 from cdpr.analysis.bench.measures import jumps
 from cdpr.analysis.bench.overview import overview
 from cdpr.analysis.bench.problems import make_paths, make_problems
-from cdpr.analysis.distribution.continuity import steepest
 from cdpr.base.errors import CdprError, PluginError
 from cdpr.plugins import PluginInfo
 from cdpr.plugins.registry import registry

@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 
 import cdpr
 from cdpr import distribute
+from cdpr.analysis.bench.adversaries import adversaries, robots
+from cdpr.analysis.bench.poison import POISON
 from cdpr.analysis.distribution import distributions
-from cdpr.analysis.distribution.adversaries import adversaries, robots
-from cdpr.analysis.distribution.poison import POISON
 from cdpr.model import rotations
 from cdpr.native.bind import LANES as WIDTH
 from cdpr.native.foreign import OPERATION, Foreign

@@ -17,8 +17,7 @@ from conftest import ROOT
 from html_page import NAMESPACES, Page
 
 from cdpr.analysis import bench
-from cdpr.analysis.bench import benchmark, measures
-from cdpr.analysis.distribution import adversaries
+from cdpr.analysis.bench import adversaries, benchmark, measures
 from cdpr.base.errors import OutputError, PluginError, ScenarioError
 from cdpr.plugins import PluginInfo
 from cdpr.scenario.examples import resolve

@@ -9,8 +9,8 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+from cdpr.analysis.bench.adversaries import ARM, BAND
 from cdpr.analysis.bench.overview import overview
-from cdpr.analysis.distribution.adversaries import ARM, BAND
 from cdpr.log.files import make_folder, replace, replace_markup
 from cdpr.scene import colours
 from cdpr.ui.report.pages.page import banner, figure, page, section, table

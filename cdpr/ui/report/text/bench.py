@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from cdpr.analysis.distribution.adversaries import BAND
+from cdpr.analysis.bench.adversaries import BAND
 
 Row = Mapping[str, Any]
 Columns = Mapping[str, Callable[[Row], str]]

@@ -10,12 +10,12 @@ import pytest
 from bench_cases import plugin, plugins, wall
 
 from cdpr.analysis.bench import run
+from cdpr.analysis.bench.adversaries import BAND, adversaries, certify, robots
 from cdpr.analysis.bench.measures import accuracy, judge
 from cdpr.analysis.bench.oracle import certified
 from cdpr.analysis.bench.overview import overview
 from cdpr.analysis.bench.problems import hard_problems
 from cdpr.analysis.bench.solver_calls import Answers
-from cdpr.analysis.distribution.adversaries import BAND, adversaries, certify, robots
 from cdpr.tension import Status
 from cdpr.ui.report.pages.bench import MISLEADING
 from cdpr_solvers.qp import MinimumNorm
