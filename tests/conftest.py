@@ -60,7 +60,6 @@ gc.disable()
 
 def pytest_collection_finish() -> None:
     """Some tests collect garbage, by the dozen: what pytest and all modules hold till the end takes no part in it."""
-    gc.collect()
     gc.freeze()
     gc.set_threshold(10_000, 10, 10)
     gc.enable()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import jsonschema
 import pytest
 from conftest import ROOT
@@ -16,37 +18,45 @@ from cdpr.scenario.json_schema import robot_schema, scenario_schema
 
 SCENARIOS = ROOT / "scenarios"
 
-# Editors know the installed plugins.
-SCENARIO = jsonschema.Draft202012Validator(scenario_schema())
-FAKE = jsonschema.Draft202012Validator(scenario_schema(PLUGINS))
-ROBOTS = jsonschema.Draft202012Validator(robot_schema())
+SCHEMAS = {
+    "installed": scenario_schema,  # editors know the installed plugins
+    "fake": lambda: scenario_schema(PLUGINS),
+    "robot": robot_schema,
+}
+
+
+@cache
+def validator(name: str):
+    """Return a validator: made when first needed, which takes longer than collecting all tests of the file."""
+    return jsonschema.Draft202012Validator(SCHEMAS[name]())
 
 
 def data(text: str):
     return parse(text, "a.yaml", Problems()).data
 
 
-@pytest.mark.parametrize("validator", [SCENARIO, FAKE, ROBOTS], ids=["installed", "fake", "robot"])
-def test_they_are_schemas(validator):
-    jsonschema.Draft202012Validator.check_schema(validator.schema)
-    assert validator.schema["$schema"] == "https://json-schema.org/draft/2020-12/schema"
+@pytest.mark.parametrize("name", SCHEMAS)
+def test_they_are_schemas(name):
+    schema = validator(name).schema
+    jsonschema.Draft202012Validator.check_schema(schema)
+    assert schema["$schema"] == "https://json-schema.org/draft/2020-12/schema"
 
 
 @pytest.mark.parametrize("file", sorted(SCENARIOS.glob("*.yaml")), ids=lambda file: file.stem)
 def test_shipped_scenarios_fit(file):
-    SCENARIO.validate(data(file.read_text()))
+    validator("installed").validate(data(file.read_text()))
 
 
 @pytest.mark.parametrize("file", sorted((SCENARIOS / "robots").glob("*.yaml")), ids=lambda file: file.stem)
 def test_shipped_robots_fit(file):
-    ROBOTS.validate(data(file.read_text()))
+    validator("robot").validate(data(file.read_text()))
 
 
 @pytest.mark.parametrize("text", TEXTS.values(), ids=TEXTS)
 def test_every_key_fits_and_so_does_what_is_resolved(text):
-    FAKE.validate(data(text))
-    FAKE.validate(data(load(text).resolved_yaml()))
-    ROBOTS.validate(data(ROBOT))
+    validator("fake").validate(data(text))
+    validator("fake").validate(data(load(text).resolved_yaml()))
+    validator("robot").validate(data(ROBOT))
 
 
 @pytest.mark.parametrize(
@@ -72,40 +82,40 @@ def test_every_key_fits_and_so_does_what_is_resolved(text):
     ],
 )
 def test_errors_marked_by_editors(old, new):
-    assert not FAKE.is_valid(data(changed(BASE, old, new)))
+    assert not validator("fake").is_valid(data(changed(BASE, old, new)))
 
 
 def test_a_scenario_may_leave_its_beginning_to_the_robot():
     start = BASE[BASE.index("initial:") : BASE.index("robot:")]
     for shorter in ("", "initial: {velocity: [0, 0, 1]}\n", "initial: {orientation: {rpy_deg: [0, 0, 1]}}\n"):
-        FAKE.validate(data(changed(BASE, start, shorter)))
-    assert not FAKE.is_valid(data(changed(BASE, start, "initial: {position: [0, 0]}\n")))
+        validator("fake").validate(data(changed(BASE, start, shorter)))
+    assert not validator("fake").is_valid(data(changed(BASE, start, "initial: {position: [0, 0]}\n")))
 
 
 def test_unknown_plugins_are_no_error_and_known_ones_are_suggested():
-    FAKE.validate(data(changed(BASE, "type: gains", "type: a_strangers")))
-    FAKE.validate(data(changed(BASE, "backend: plain", "backend: a_strangers")))
-    FAKE.validate(data(changed(BASE, "  tuned:", "  a_strangers:")))
-    definitions = FAKE.schema["$defs"]
+    validator("fake").validate(data(changed(BASE, "type: gains", "type: a_strangers")))
+    validator("fake").validate(data(changed(BASE, "backend: plain", "backend: a_strangers")))
+    validator("fake").validate(data(changed(BASE, "  tuned:", "  a_strangers:")))
+    definitions = validator("fake").schema["$defs"]
     assert definitions["ControllerSection"]["properties"]["type"]["examples"] == PLUGINS.names("controller")
     assert definitions["Simulation"]["properties"]["backend"]["examples"] == PLUGINS.names("backend")
 
 
 def test_without_a_type_the_options_are_those_of_the_default():
     text = changed(BASE, "{type: gains, kp: 100, kd: [1, 2, 3, 4, 5, 6]}", "{kp: 3}")
-    FAKE.validate(data(text))
-    assert not FAKE.is_valid(data(changed(text, "{kp: 3}", "{kpp: 3}")))
+    validator("fake").validate(data(text))
+    assert not validator("fake").is_valid(data(changed(text, "{kp: 3}", "{kpp: 3}")))
 
 
 def test_a_robot_is_a_file_name_or_a_mapping():
     head, _, rest = BASE.partition("robot:\n")
     tail = rest[rest.index("trajectory:") :]
-    FAKE.validate(data(f"{head}robot: r.yaml\n{tail}"))
-    assert not FAKE.is_valid(data(f"{head}robot: 5\n{tail}"))
+    validator("fake").validate(data(f"{head}robot: r.yaml\n{tail}"))
+    assert not validator("fake").is_valid(data(f"{head}robot: 5\n{tail}"))
 
 
 def test_fields_carry_descriptions_and_units():
-    platform = ROBOTS.schema["$defs"]["PlatformSection"]["properties"]
+    platform = validator("robot").schema["$defs"]["PlatformSection"]["properties"]
     assert platform["mass"]["description"] == "mass of the platform [kg]"
     assert platform["mass"]["unit"] == "kg"
 
@@ -119,7 +129,7 @@ def test_fields_carry_descriptions_and_units():
             for item in node:
                 yield from fields(item, name)
 
-    for schema in (SCENARIO.schema, ROBOTS.schema):
+    for schema in (validator("installed").schema, validator("robot").schema):
         undescribed = {name for name, item in fields(schema) if "description" not in item and "const" not in item}
         assert not {name for name in undescribed if not name.startswith(("properties.", "if."))}
 

@@ -23,6 +23,8 @@ class FaultyPlant(Plant):
 
 def write_faulty_fmu(plant: FaultyPlant, fmi: int, path: Path) -> Path:
     """Write the FMU; the library is compiled once, then comes from the cache. At `fault` 0 it is a sound plant."""
-    files = dict(sorted({**sources(), "fault.cpp": Path(__file__).with_name("fault.cpp").read_bytes()}.items()))
-    path.write_bytes(assemble(plant, fmi, files, (*FLAGS, "-DCDPR_FAULTS")))
+    files = {**sources(), "fault.cpp": Path(__file__).with_name("fault.cpp").read_bytes()}
+    for name in ("fault.cpp", "instance.cpp"):  # not by a flag: objects of the other files come from the cache
+        files[name] = b"#define CDPR_FAULTS\n" + files[name]
+    path.write_bytes(assemble(plant, fmi, dict(sorted(files.items())), FLAGS))
     return path
