@@ -44,7 +44,9 @@ def functions():
     for package in ("cdpr", "cdpr_solvers", "cdpr_controllers", "cdpr_backends"):
         for path in sorted((ROOT / package).rglob("*.py")):
             text, place = path.read_text(), path.relative_to(ROOT)
-            if ">>> " not in text or not KERNELS.search(text) or place.parts[-1] in ("bind.py", "compute.py"):  # take any operation
+            if (
+                ">>> " not in text or not KERNELS.search(text) or place.parts[-1] in ("bind.py", "compute.py")
+            ):  # take any operation
                 continue
             for each in ast.parse(text).body:
                 if not isinstance(each, ast.FunctionDef) or each.name.startswith("_"):
