@@ -242,6 +242,8 @@ def test_subscribing_while_parameters_change_causes_no_deadlock():
 def test_subscribers_receive_all_parameter_changes():
     with running(0.2, held=True) as (link, _, _), client(link) as seen, client(link) as other:
         seen.say(op="subscribeParameterUpdates", parameterNames=["paused", "speed"])
+        seen.say(op="getParameters", parameterNames=["speed"], id="?")
+        seen.until(lambda: seen.parameters)  # its subscription is processed before the other client's request
         assert other.call("/cdpr/step")["success"]
         seen.until(lambda: seen.parameters.get("paused") is True)
         assert other.call("/cdpr/resume")["success"]
