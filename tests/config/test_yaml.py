@@ -181,7 +181,7 @@ def test_a_huge_integer_is_one_problem(parser):
         ("a: &a [" + "1," * 5000 + "]\nb: [" + "*a," * 5000 + "]\n", f"more than {MAX_NODES} values"),
     ],
 )
-@pytest.mark.usual("*-libyaml", "text0*")
+@pytest.mark.usual("*-libyaml")
 def test_bombs_are_refused_at_once(parser, text, what, monkeypatch):
     """No more values are read than are allowed, plus the first one too many."""
     looked_at, value = [], yaml_nodes._Composer._value

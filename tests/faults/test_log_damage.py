@@ -66,6 +66,7 @@ def truncations(data: bytes, blocks: list[tuple[int, int, int]], every: int) -> 
     return sorted({length for end in ends for length in range(end - 4096, min(end, len(data)), every)})
 
 
+@pytest.mark.slow
 def test_truncated(tmp_path: Path, whole: bytes, blocks: list[tuple[int, int, int]]) -> None:
     for length in truncations(whole, blocks, 397):
         assert check(tmp_path / "log.mcap", whole[:length]) is not None
@@ -89,7 +90,8 @@ def test_repair_cuts_only_the_torn_block(tmp_path: Path, whole: bytes, blocks: l
         assert len(scan(tmp_path / "log.mcap").rows) == rows
 
 
-@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))])
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [0, 1, 2])
 def test_flipped_bits(tmp_path: Path, whole: bytes, seed: int) -> None:
     rng = np.random.default_rng(seed)
     form = LogFormat(HEADER)
@@ -247,6 +249,7 @@ def test_repair_of_a_log_alone_and_twice(tmp_path: Path, whole: bytes) -> None:
         assert path.read_bytes() == whole
 
 
+@pytest.mark.slow
 def test_every_cut_is_mended_to_the_bytes_of_a_whole_log(tmp_path: Path, whole: bytes) -> None:
     path = tmp_path / "a.mcap"
     description = len(LogFormat(HEADER).description)

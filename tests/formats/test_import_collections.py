@@ -226,6 +226,7 @@ def refusal(file):
         return str(error), []
 
 
+@pytest.mark.slow
 @sampled(1, "bad", ["nan", "1e400", "zzz"])
 @pytest.mark.parametrize("name", HOSTILE)
 def test_no_number_that_is_none_comes_through(tmp_path, name, bad):
@@ -257,6 +258,7 @@ def test_a_folder_of_which_nothing_can_be_read_is_an_error(tmp_path):
     assert done.stdout.endswith("0 of 2 could be read\n")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["robot_cables.xml", "crane.wcrfx"])
 def test_no_part_that_is_missing_or_twice_comes_as_a_fault_of_ours(tmp_path, name):
     lead = model(tmp_path) if "xml" in name else tmp_path / name

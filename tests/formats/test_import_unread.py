@@ -124,6 +124,7 @@ CASES = [
 
 
 @pytest.mark.parametrize(("name", "k", "kind"), CASES)
+@pytest.mark.usual("*-0-*", "*-7-*", "SDF-*")
 def test_an_unknown_part_of_xml_is_reported(tmp_path, name, k, kind):
     file, others, text = XML[name]
     changed, chain = with_unknown(text, k, kind)

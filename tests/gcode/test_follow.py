@@ -162,9 +162,9 @@ def distance(points, path):
     return max(np.linalg.norm(path - point, axis=1).min() for point in points)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("tolerance", "feed"), [(1e-4, 0.02), (1e-3, 0.06), (2e-2, 0.3)])
 @pytest.mark.parametrize("pieces", [polyline(CORNERS), slot()], ids=["corners", "slot"])
-@pytest.mark.usual("corners-0.001-*", "slot-0.0001-*")
 def test_rounded_corners_stay_within_their_tolerance(pieces, tolerance, feed):
     """At feeds at which it pays to round them."""
     motion = follow(0.0, course(pieces, feed, tolerance=tolerance), LIMITS, UPRIGHT)

@@ -54,6 +54,7 @@ def gone(process):
     return False
 
 
+@pytest.mark.slow
 @sampled(
     1,
     ("name", "program"),

@@ -44,6 +44,7 @@ def interrupted(tally: Accumulator, rows: Any, after: int) -> bool:
     return False
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("more", [0, 20])  # samples that came until the rest is counted
 def test_interrupted_cases_are_counted_once(more: int, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(summary_module, "SUMMED", SUMMED)

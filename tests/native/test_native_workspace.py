@@ -63,6 +63,7 @@ def hard_poses(robot):
 
 @sampled(2, "name", ROBOTS)
 @pytest.mark.parametrize("question", QUESTIONS)
+@pytest.mark.usual("*-cogiro")
 def test_poses_are_answered_as_alone(name, question):
     robot = robot_of(name)
     poses = hard_poses(robot)

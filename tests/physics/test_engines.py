@@ -135,9 +135,9 @@ def turned(v):
 SPECIAL = [[0, 0, 0], [1e-3, 0, 0], [0, 0, np.pi], [2.9, 1.2, 0.1], [-0.6, -0.5, -0.4], [-0.6003, -0.5003, -0.4003]]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("robot", [samples.free(), samples.spherical()], ids=["free", "spherical"])
 @pytest.mark.parametrize("engine", ENGINES)
-@pytest.mark.usual("mujoco-free", "dart-free")
 def test_engines_are_semi_implicit_euler_in_every_attitude(engine, robot):
     """200 random attitudes and special ones, at any speed: rotations of 1e-6 to 0.1 rad a step, through all zeros."""
     rng = np.random.default_rng(70)

@@ -102,8 +102,8 @@ def lagrange(robot, start, seconds, command, external):
     return p, R, full
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("dof", DOFS, ids=" ".join)
-@pytest.mark.usual("x y z rz", "x z ry")
 def test_held_commands_as_lagrange(offset_robot, dof):
     """Cables, gravity, an external wrench, and a centre of mass off every axis."""
     robot = guided(offset_robot, dof)

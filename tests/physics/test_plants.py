@@ -62,7 +62,7 @@ def pushed(backend, start, other, command, push):
 
 @pytest.mark.parametrize(("name", "options"), [kind for kind in KINDS if kind[0] != "reference"])
 @pytest.mark.parametrize("dof", [None, *PATTERNS])
-@pytest.mark.usual("None-*", "*-mujoco-options0")
+@pytest.mark.usual("None-*", "dof[13]-mujoco-options0")
 def test_external_wrench_and_reset(offset_robot, name, options, dof):
     """The oracle's answer, free and on a guide, with the centre of mass off the origin."""
     rng = np.random.default_rng(2)
@@ -211,7 +211,7 @@ def test_resets_leak_nothing(offset_robot, name):
 
 
 @pytest.mark.parametrize(("name", "options"), KINDS + [pytest.param(*legs, marks=pytest.mark.slow) for legs in LEGS])
-@pytest.mark.usual("reference-*", "mujoco-options1", "dart-*")
+@pytest.mark.usual("mujoco-options1")
 def test_open_and_close_leak_nothing(offset_robot, name, options):
     state = random_state(np.random.default_rng(0))
 

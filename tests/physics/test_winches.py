@@ -66,7 +66,7 @@ def tensions(backend):
 
 
 @spread("kind, name, model", KINDS, ALL, [*MODELS, "mixed"])
-@pytest.mark.usual("free-*", "planar-mujoco-*", "planar-reference-*", "spherical-bullet-*")
+@pytest.mark.usual("free-*-mixed", "planar-reference-*", "spherical-bullet-*")
 def test_semi_implicit_or_exact(name, model, kind):
     """Centre of mass off the origin, friction, an external wrench, a guide: as the equations written anew."""
     robot = on_winches(getattr(samples, kind)(), model)
@@ -365,8 +365,8 @@ class Bounce:
         return end
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "damping"), IMPACT)
-@pytest.mark.usual("reference-50.0", "mujoco-0.0")
 def test_order_where_a_cable_is_pulled_tight(name, damping):
     """`cdpr.cables` states it: first order behind a jump, second behind a kink; engines as everywhere, first."""
     steps = 1e-3 * 0.5 ** np.arange(HALVINGS.get(name, 3))

@@ -361,6 +361,7 @@ def test_loading_imports_no_engine_and_nothing_slow():
     assert done.stdout == "[]\n"
 
 
+@pytest.mark.slow
 def test_models_are_made_into_validators_when_first_used():
     """Most of them, of events, motions and parts, a run never needs."""
     code = (

@@ -142,6 +142,7 @@ def test_random_elastic_robots_are_stable_or_reported(tmp_path):
     assert stable >= 0.8 * ROBOTS
 
 
+@pytest.mark.slow
 def test_cables_without_damping_are_reported(tmp_path):
     trial = written(tmp_path, damping=0.0)
     assert not trial.stable

@@ -169,8 +169,8 @@ def test_karush_kuhn_tucker_without_tolerance(m):
     assert certified >= 10
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("load", [0.0, 60.0, 300.0])
-@pytest.mark.usual("60.0")
 def test_qp_agrees(load):
     """Over many random problems, also about whether there is an answer."""
     seen = set()

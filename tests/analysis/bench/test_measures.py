@@ -129,6 +129,7 @@ def test_gap_of_a_suboptimal_solver():
     assert measured(MinimumNorm, objective="centroid")["gap"] is None
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_paths")
 @sampled(
     1,

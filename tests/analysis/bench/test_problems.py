@@ -77,6 +77,7 @@ def test_no_solver_can_change_them():
         found.wrench[0] = 1.0
 
 
+@pytest.mark.slow
 @sampled(2, "name", ROBOTS)
 def test_some_are_infeasible_for_every_default_robot(name):
     share = consult(make_problems(robot(name), 100, 1)).infeasible.mean()

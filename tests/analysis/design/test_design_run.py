@@ -104,6 +104,7 @@ def test_a_robot_with_a_mesh_finds_it_again(tmp_path):
     assert robot.m == given.m
 
 
+@pytest.mark.slow
 @sampled(1, ("search", "goals"), SEARCHES)
 def test_the_seed_alone_decides(search, goals, tmp_path):
     design = design_of(tmp_path, BOX + goals, f"{search}, evaluations: 40, seed: 3, population: 8")

@@ -76,6 +76,7 @@ def same(one, other):
     return json.dumps(one) == json.dumps(other)
 
 
+@pytest.mark.slow
 @sampled(
     1,
     ("kind", "given"),

@@ -184,6 +184,7 @@ def test_default_robots_are_there():
     assert [resolve(name, "robot") for name in ROBOTS] == [str(FOLDER / f"{name}.yaml") for name in ROBOTS]
 
 
+@pytest.mark.slow
 def test_missing_libraries_have_a_remedy():
     program = "import sys; sys.modules['daqp'] = None; import cdpr.ui.cli; cdpr.ui.cli.main()"
     done = subprocess.run(

@@ -142,6 +142,7 @@ def test_of_a_folder_all_that_can_be_read_is_shown(looker, tmp_path):
     assert cdpr.load_robot(tmp_path / "out" / "crane.yaml").m == 4
 
 
+@pytest.mark.slow
 def test_imported_data_belongs_to_its_window(window, looker, tmp_path):
     with connect(window.address.replace("http:", "ws:"), max_size=None) as opened:
         other = FakeWindow(opened)

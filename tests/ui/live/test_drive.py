@@ -153,6 +153,7 @@ class Flood(Requests):
         return Request("wrench", {"force": [1.0, 0.0, 0.0], "moment": [0.0, 0.0, 0.0]})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("takes", [1e-5, 1e-4, 0.004])
 def test_a_flood_takes_a_small_share_of_a_run_that_is_late(takes):
     link, slices, slow = Script([]), 1000, 0.002  # s that a slice takes

@@ -333,6 +333,7 @@ def test_without_websockets_the_remedy_is_reported(tmp_path):
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.slow
 def test_from_the_command_line(tmp_path):
     words = ["run", str(FILE), "--live", "foxglove", "--live-port", "0", "--live-speed", "10", "--no-report"]
     words += ["--set", "simulation.duration=0.5", "--out", str(tmp_path / "run")]

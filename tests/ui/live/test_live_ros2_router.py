@@ -62,6 +62,7 @@ def test_invalid_router_addresses_are_reported(words, text):
     assert text in cdpr_here(*words, code=2).stderr
 
 
+@pytest.mark.slow
 @sampled(1, "module", ["zenoh", "xxhash"])
 def test_without_the_extra_the_remedy_is_reported(tmp_path, module):
     code = f"import sys; sys.modules[{module!r}] = None; from cdpr.ui.cli import main; main()"

@@ -294,6 +294,7 @@ def test_a_folder_that_is_not_there_is_reported(tmp_path: Path) -> None:
         write_report(make_run(rows=2), tmp_path / "nowhere" / "report.html")
 
 
+@pytest.mark.slow
 def test_without_matplotlib_the_page_is_whole_and_for_plots_the_remedy_is_named(tmp_path: Path) -> None:
     code = (
         "import sys; sys.modules['matplotlib'] = None\n"
@@ -357,6 +358,7 @@ def test_no_colour_for_light_ground_has_two_for_dark():
     assert all(colours.DARK[pair.light] == pair.dark for pair in [*pairs, *colours.CABLES, *colours.AXES])
 
 
+@pytest.mark.slow
 def test_a_section_is_one_entry_of_a_table(monkeypatch):
     monkeypatch.setitem(run_page.SECTIONS, "Weather", lambda run: f"<p>{run.status} in the rain</p>")
     page = Page(render(make_run()))

@@ -55,6 +55,7 @@ def collisions(figure):
 
 @sampled(1, "width", ["ieee", "ieee-wide", "60 mm"])
 @pytest.mark.parametrize("name", NAMES)
+@pytest.mark.usual("tension-*", "energy-*", "pose-*")
 def test_no_text_lies_over_another(name, width):
     assert collisions(make_run().plot(name, width=width)) == ([], [])
 

@@ -100,6 +100,7 @@ def test_quantities_units_and_names_are_written(draw, labels: list[str]) -> None
 
 @pytest.mark.parametrize("name", PANELS)
 @sampled(1, "case", ["whole", "infeasible", "diverged"])
+@pytest.mark.usual("whole-tensions", "whole-errors")
 def test_pages_match_figures_of_the_library(name, case) -> None:
     """The same words at the same ticks, whatever draws them; a common power of ten is written in another way."""
     run = {"whole": make_run, "infeasible": infeasible_run, "diverged": diverged_run}[case]()

@@ -208,6 +208,7 @@ def many(tmp_path_factory):
     return kept_study(tmp_path_factory.mktemp("many"), KD + KP)
 
 
+@pytest.mark.slow
 def test_few_cases_play_all(few):
     shown, told = choose(few)
     assert [each.case for each in shown] == list(few.study.cases)
