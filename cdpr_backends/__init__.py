@@ -180,7 +180,7 @@ def cdpr_backends() -> list[PluginInfo]:
         PluginInfo(
             name="reference",
             factory="cdpr_backends.reference:make",
-            summary="own Runge-Kutta integrator, fourth order, the judge of the others",
+            summary="cdpr's own Runge-Kutta integrator of fourth order; other engines are compared with it",
             properties={
                 "order": 4,
                 "snapshot": True,
@@ -196,7 +196,7 @@ def cdpr_backends() -> list[PluginInfo]:
         PluginInfo(
             name="mujoco",
             factory="cdpr_backends.mujoco:make",
-            summary="MuJoCo, semi-implicit Euler (rk4 with its own tendons)",
+            summary="MuJoCo, semi-implicit Euler (rk4 only with `cables: native`)",
             requires=("mujoco",),
             extra="cdpr[mujoco]",
             properties={
@@ -247,7 +247,7 @@ def cdpr_backends() -> list[PluginInfo]:
         PluginInfo(
             name=FMU,
             factory="cdpr_backends.fmu:FmuBackend",
-            summary="a plant as an FMU (FMI 2.0 or 3.0, co-simulation); without a file, the robot as cdpr exports it",
+            summary="plant as an FMU (FMI 2.0 or 3.0, co-simulation); if no file is given, cdpr exports the robot",
             requires=("fmpy",),
             extra="cdpr[fmu]",
             properties={"order": 4, "snapshot": True, "load": True, "exits": ALL_EXITS, "scheme": "rk4"},
@@ -256,7 +256,7 @@ def cdpr_backends() -> list[PluginInfo]:
         PluginInfo(
             name=REMOTE,
             factory="cdpr_backends.remote:RemoteBackend",
-            summary="a plant in another process: a robot's own computer, or another simulator (docs/remote.md)",
+            summary="plant in another process: the computer of a robot, or another simulator (docs/remote.md)",
             properties={"order": 0, "exits": ALL_EXITS, "scheme": "", "deterministic": True, "live": True},
             options=RemoteOptions,
             columns=(Column("step_late", 1, "s", "delay of the last step by the wall clock; only in real time"),),

@@ -153,7 +153,7 @@ def cdpr_controllers() -> list[PluginInfo]:
         PluginInfo(
             name="cable_length",
             factory="cdpr_controllers.cable_length:CableLength",
-            summary="PID per cable on length and rate about holding tensions; needs no pose (forward kinematics)",
+            summary="PID control of each cable's length, added to tensions that hold the platform; estimates the pose",
             properties={"output": "command"},
             options=CableLengthOptions,
             changeable=("kp", "ki", "kd", "integral_limit"),
@@ -161,7 +161,7 @@ def cdpr_controllers() -> list[PluginInfo]:
         PluginInfo(
             name=FMU,
             factory="cdpr_controllers.fmu:FmuController",
-            summary="a controller as an FMU (FMI 2.0 or 3.0, co-simulation) that puts out a wrench or commands",
+            summary="controller as an FMU (FMI 2.0 or 3.0, co-simulation) that outputs a wrench or commands",
             requires=("fmpy",),
             extra="cdpr[fmu]",
             properties={"output": "wrench or command"},
@@ -170,7 +170,7 @@ def cdpr_controllers() -> list[PluginInfo]:
         PluginInfo(
             name=REMOTE,
             factory="cdpr_controllers.remote:RemoteController",
-            summary="a controller in another process, in lock-step or free-running (docs/remote.md)",
+            summary="controller in another process, in lock-step or free-running (docs/remote.md)",
             properties={"output": "wrench", "deterministic": True, "live": True},
             options=RemoteOptions,
         ),

@@ -74,7 +74,7 @@ def null_space_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="infinity_norm",
             factory="cdpr_solvers.infinity_norm:MinimumLargest",
-            summary="largest tension as small as can be, exact; jumps",
+            summary="minimises the largest tension within the limits, exact; jumps",
             properties={
                 **EXACT,
                 "objective": "infinity_norm",
@@ -87,7 +87,7 @@ def null_space_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="maximin",
             factory="cdpr_solvers.maximin:Maximin",
-            summary="farthest from the limits: largest slack (optimally safe) or ball (Chebyshev); jumps",
+            summary="tensions farthest from the limits: largest slack (optimally safe) or ball (Chebyshev); jumps",
             properties={
                 **EXACT,
                 "objective": "max_slack",
@@ -100,7 +100,7 @@ def null_space_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="analytic_centre",
             factory="cdpr_solvers.analytic_centre:AnalyticCentre",
-            summary="analytic centre of the admissible tensions: smooth, kept off all limits",
+            summary="analytic centre of the admissible tensions: smooth, away from all limits",
             properties={
                 **EXACT,
                 "objective": "analytic_centre",
@@ -133,7 +133,7 @@ def null_space_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="best_effort",
             factory="cdpr_solvers.best_effort:BestEffort",
-            summary="nearest wrench within the limits, any number of cables and rank; where it balances, that of qp",
+            summary="tensions within the limits with the wrench nearest to the required one; if feasible, as qp",
             properties={
                 **EXACT,
                 "objective": "min_norm",
@@ -145,7 +145,7 @@ def null_space_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="pseudo_inverse",
             factory="cdpr_solvers.pseudo_inverse:PseudoInverse",
-            summary="minimum 2-norm without limits (thesis 6.26); may leave them, then the stage clips",
+            summary="minimum 2-norm without limits (thesis 6.26); by default, cdpr clips tensions beyond the limits",
             properties={
                 **EXACT,
                 "objective": "min_norm",
@@ -159,7 +159,7 @@ def null_space_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="closed_form",
             factory="cdpr_solvers.closed_form:ClosedForm",
-            summary="closest to the middle of the limits (thesis 6.28, corrected); gives up outside the limits",
+            summary="tensions closest to the middle of the limits (thesis 6.28, corrected); fails beyond a limit",
             properties={
                 **EXACT,
                 "objective": "mid_range",
@@ -294,7 +294,7 @@ def classical_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="improved_closed_form",
             factory="cdpr_solvers.improved_closed_form:ImprovedClosedForm",
-            summary="closed form that fixes cables at the limits they break (thesis 6.30-6.32); misses few wrenches",
+            summary="closed form; fixes cables beyond a limit at this limit (thesis 6.30-6.32); misses few wrenches",
             properties={
                 "formula": "t_m + W^+ (w - W t_m); the worst cable to its limit, the others again, m - n times at most",
                 "source": "Pott 2013; thesis 6.30-6.32",
@@ -308,7 +308,7 @@ def classical_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="puncture",
             factory="cdpr_solvers.puncture:Puncture",
-            summary="from the pseudo-inverse towards the closed form until within the limits: low tensions",
+            summary="moves from pseudo_inverse towards closed_form until all tensions are within the limits",
             properties={
                 "formula": "t_0 + s (t_c - t_0), the least s in [0, 1] within the limits",
                 "source": "Müller, Reichert and Bruckmann 2015",
@@ -319,7 +319,7 @@ def classical_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="improved_puncture",
             factory="cdpr_solvers.improved_puncture:ImprovedPuncture",
-            summary="from the pseudo-inverse towards the improved closed form until within the limits: low tensions",
+            summary="moves from pseudo_inverse towards improved_closed_form until all tensions are within the limits",
             properties={
                 "formula": "t_0 + s (t_c - t_0), t_c the improved closed form, the least s in [0, 1] within the limits",
                 "source": "Müller, Reichert and Bruckmann 2015 with Pott 2013, as CASPR's id_cf_ipm",
@@ -342,7 +342,7 @@ def classical_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="dykstra",
             factory="cdpr_solvers.dykstra:Dykstra",
-            summary="nearest to the middle of the limits by alternating projections; gives up after some hundred",
+            summary="tensions nearest to the middle of the limits; fails after `iterations` alternating projections",
             properties={
                 "objective": "mid_range",
                 "formula": "min |t - t_m|^2, by projections on W t = w and on the limits in turn",
@@ -355,7 +355,7 @@ def classical_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="p_norm",
             factory="cdpr_solvers.p_norm:PNorm",
-            summary="least p-norm of the offsets from the middle, by Newton's method; gives up outside the limits",
+            summary="least p-norm of the offsets from the middle, by Newton's method; fails beyond a limit",
             properties={
                 "objective": "p_norm",
                 "formula": "min sum |(t_i - t_m,i) / h_i|^p, h half ranges",
