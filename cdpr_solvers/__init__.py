@@ -159,7 +159,7 @@ def null_space_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="closed_form",
             factory="cdpr_solvers.closed_form:ClosedForm",
-            summary="tensions closest to the middle of the limits (thesis 6.28, corrected); fails beyond a limit",
+            summary="closest to the middle of the limits (thesis 6.28, corrected); fails if a tension violates a limit",
             properties={
                 **EXACT,
                 "objective": "mid_range",
@@ -355,7 +355,7 @@ def classical_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="p_norm",
             factory="cdpr_solvers.p_norm:PNorm",
-            summary="least p-norm of the offsets from the middle, by Newton's method; fails beyond a limit",
+            summary="least p-norm of offsets from the middle, by Newton's method; fails if a tension violates a limit",
             properties={
                 "objective": "p_norm",
                 "formula": "min sum |(t_i - t_m,i) / h_i|^p, h half ranges",

@@ -184,14 +184,14 @@ NOMINAL_COLUMNS: tuple[Column, ...] = (
         "true_wrench",
         6,
         "N, N m",
-        "True wrench of the cables, about the origin: W tension of the sample",
+        "True wrench of the cables about the origin: W times the tensions of the sample",
         WORLD,
     ),
     Column(
         "true_margin",
         CABLES,
         "N",
-        "Margin of each command within the true limits, negative beyond, NaN for broken or jammed cables",
+        "Margin of each command within the true limits, negative outside, NaN for broken or jammed cables",
     ),
 )
 # Events that change the mass of the platform.
@@ -200,7 +200,7 @@ LOADED: tuple[Column, ...] = (
         "load_energy",
         1,
         "J",
-        "Energy of the bodies that the platform took, less that of those it released, each at its time",
+        "Energy of payloads when they are attached, minus their energy when they are released",
     ),
 )
 # Columns that are NaN for cables without limits, and infinite without a limit on one side, such as after a power cut. A

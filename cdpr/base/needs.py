@@ -131,7 +131,7 @@ def of_event(*, backend: Mapping[str, str | bool] | None = None, **others: Suppo
     """Return the needs of an event: exports omit it, except packages that contain the scenario."""
     apart = left_out("not exported")
     exports = "plant_fmu", "controller_fmu", "bare_controller_fmu", "mjcf", "sdf", "urdf"
-    native = left_out("only their effect on the desired motion is exported")
+    native = left_out("real-time programs contain only their effect on the desired motion")
     return _but({**dict.fromkeys(exports, apart), "native": native, "backend": backend or {}, **others})
 
 

@@ -148,7 +148,7 @@ class SolverSection(PluginSection):
 
 TRUE_ROBOT = no("an exported controller supports only the true robot")
 OWN_WINCHES = no("an exported controller supports only the robot's own winches")
-NO_ACTUATORS = left_out("tensions are commands there")
+NO_ACTUATORS = left_out("the exported plant takes tensions, not commands of winches")
 UNCHECKED = left_out("an exported controller continues after limit violations")
 
 
@@ -182,7 +182,7 @@ class ScenarioSection(Section):
     believed: RobotSection | None = Field(
         None,
         description="nominal model of controller and tension solver, if it differs from the robot; the key `nominal` "
-        "means the same. Keys of the robot with other values; of cables those that differ, each with its name",
+        "means the same. It contains the keys with other values, and the cables that differ, with their names",
         json_schema_extra=tab("robot", 1),
     )
     world: World = Field(
@@ -198,8 +198,8 @@ class ScenarioSection(Section):
     )
     controlled: Annotated[tuple[DofName, ...], AfterValidator(in_order)] | None = Field(
         None,
-        description="directions in which the tensions balance the controller's wrench; in others their wrench is not "
-        "controlled, and the platform is free to move. Default: all of robot.dof",
+        description="directions in which the tensions balance the controller's wrench; in others, the wrench of the "
+        "cables is not controlled, and the platform is free to move. Default: all of robot.dof",
         json_schema_extra=tab("control", 1),
     )
     controller: ControllerSection = Field(
@@ -215,8 +215,8 @@ class ScenarioSection(Section):
     limits: Literal["warn", "stop"] = Field(
         "warn",
         description="reaction to limit violations: warn counts the samples and reports them, stop ends the run. "
-        "Checked are each cable's length, speed_max and, unless it is ideal, true tension. Commands are checked, too, "
-        "where the controller's nominal robot has other tension limits",
+        "The run checks length and speed_max of each cable and, unless it is ideal, its true tension. It also "
+        "checks commands if the controller's nominal robot has other tension limits",
         json_schema_extra=tab("control", 1),
     )
     actuators: Actuators | None = Field(
@@ -235,6 +235,6 @@ class ScenarioSection(Section):
     )
     backend_options: dict[str, dict[str, Any]] = Field(
         {},
-        description="options of backends by name; all are checked, only the chosen backend's are used",
+        description="options of backends by name; cdpr checks all of them, and uses those of the selected backend",
         json_schema_extra=tab("simulation", 1),
     )

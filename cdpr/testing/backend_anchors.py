@@ -23,7 +23,7 @@ MOTION = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double)
 
 
 def uniform_motion_changes_nothing(subject: BackendSubject) -> None:
-    """If anchors and platform have the same constant velocity, the relative motion is that at rest; after a reset, too.
+    """Anchors and platform with the same constant velocity move relative to each other as at rest; after reset, too.
 
     The cables are evaluated with the anchors at the time of the evaluation: for semi-implicit schemes, at the start of
     the physics step.

@@ -23,7 +23,7 @@ def mass_changes_in_place(subject: BackendSubject) -> None:
 
 
 def guided_mass_changes_in_place(subject: BackendSubject) -> None:
-    """The same for a guided platform."""
+    """`load` meets the same requirements for a guided platform."""
     needs(subject.properties.get("load"), "it does not declare load")
     start = samples.planar_state(np.random.default_rng(71))
     subject.close(subject.guided(start))  # it may refuse guided platforms
@@ -46,7 +46,7 @@ def _moves_like_a_new_one(subject: BackendSubject, robot: Robot, start: Array) -
 
 
 def snapshot_restores_after_load(subject: BackendSubject) -> None:
-    """After `load` with the robot of a snapshot, `restore` continues with the same bits, before and after a change."""
+    """After `load` with the robot of a snapshot and `restore`, the same bits follow, also after a new `load`."""
     needs(subject.properties.get("load"), "it does not declare load")
     needs(subject.properties.get("snapshot"), "it does not declare snapshot")
     robot = samples.free()

@@ -197,7 +197,7 @@ def hovers_in_balance(subject: BackendSubject) -> None:
 
 
 def nan_shows(subject: BackendSubject) -> None:
-    """A NaN or an infinity in command or wrench is visible one step later."""
+    """After a step with NaN or infinity in command or wrench, `state` is obviously invalid, or the plant raises."""
     for value in (math.nan, math.inf):
         for k in range(6):
             _shows(subject, NO_COMMAND, np.where(np.arange(6) == k, value, 0.0))

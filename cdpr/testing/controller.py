@@ -75,7 +75,7 @@ def reset_forgets(subject: ControllerSubject) -> None:
 
 
 def period_is_whole(subject: ControllerSubject) -> str:
-    """The period is a whole number of control steps, at least 1; the output is that of a known kind."""
+    """The period is a whole number of control steps, at least 1; `output` is a supported kind."""
     controller = subject.make(samples.braced())
     output = controller.output or subject.properties.get("output", "wrench")
     expect(output in OUTPUTS, f"output {output!r}; known are {', '.join(OUTPUTS)}")
@@ -123,7 +123,7 @@ def columns_are_written(subject: ControllerSubject) -> str:
 
 
 def options_change(subject: ControllerSubject) -> str:
-    """After a change of options, the bits are those of a new controller with them. A change and back has no effect."""
+    """After a change of options, the bits are those of a new controller; a change back restores the old bits."""
     return expect_changes(
         subject.changeable,
         subject.options,

@@ -79,7 +79,7 @@ def what_can_be_solved_is_solved(subject: SolverSubject) -> None:
 
 
 def infeasible_is_never_ok(subject: SolverSubject) -> None:
-    """The status is never OK for a wrench that no tensions within the limits balance."""
+    """The status is not OK if no tensions within the limits balance the wrench."""
     needs(subject.respects_bounds, "it declares respects_bounds: false")
     for group in subject.limited(samples.infeasible()):
         solver = subject.make(group[0].robot)
@@ -88,7 +88,7 @@ def infeasible_is_never_ok(subject: SolverSubject) -> None:
 
 
 def unreachable_is_never_ok(subject: SolverSubject) -> None:
-    """The status is never OK for a wrench that no tensions balance at all (too few cables, or a singular W)."""
+    """The status is not OK if no tensions at all balance the wrench (too few cables, or a singular W)."""
     rng = np.random.default_rng(50)
     robot = samples.sparse()
     solver = subject.make(robot)
@@ -119,7 +119,7 @@ def limits_are_the_arguments(subject: SolverSubject) -> None:
 
 
 def cables_may_come_in_any_order(subject: SolverSubject) -> None:
-    """If the cables are in another order, each has the same tension, unless the solver declares `continuity: jump`."""
+    """The order of the cables does not change their tensions, unless the solver declares `continuity: jump`."""
     needs(subject.properties.get("continuity") != "jump", "it declares continuity: jump")
     for k, group in enumerate(samples.feasible()):
         order = np.random.default_rng(60 + k).permutation(group[0].robot.m)

@@ -61,7 +61,7 @@ def instances_agree(subject: SolverSubject) -> None:
 
 
 def answers_do_not_depend_on_the_past(subject: SolverSubject) -> None:
-    """Earlier problems do not change any bit of an answer. With `warm_start`, it may change within the accuracy."""
+    """Earlier problems do not change any bit of an answer. With `warm_start`, small changes are allowed."""
     for group, other in zip(samples.feasible(), samples.infeasible(), strict=True):
         used = subject.make(group[0].robot)
         for problem, hard in zip(group[:40], other[:40], strict=True):
@@ -109,7 +109,7 @@ def columns_are_written(subject: SolverSubject) -> str:
 
 
 def options_change(subject: SolverSubject) -> str:
-    """After a change of options, the bits are those of a new solver with them. A change and back has no effect."""
+    """After a change of options, the bits are those of a new solver; a change back restores the old bits."""
     group = samples.feasible()[0]
     return expect_changes(
         subject.changeable,
@@ -132,7 +132,7 @@ def bad_input_raises_nothing(subject: SolverSubject) -> None:
 
 
 def views_are_answered_alike(subject: SolverSubject) -> None:
-    """Inputs may be read-only parts of other arrays (C-contiguous float64), with the same answer."""
+    """The solver gives the same answer if its inputs are read-only parts of other arrays (C-contiguous float64)."""
     for problem in samples.feasible()[2][:10]:
         view = replace(problem, **{name: _view(getattr(problem, name)) for name in ARRAYS})  # type: ignore[arg-type]
         wanted, found = solve(subject.make(problem.robot), problem), solve(subject.make(problem.robot), view)
