@@ -56,7 +56,7 @@ class Disturb {
     this.cable.addEventListener("change", () => this.live.select(this.cable.selectedIndex));
     this.cable.addEventListener("blur", () => this.live.select(null));
     const cut = button("Cut", act("cut"), { title: "It breaks" });
-    return this.part("Cable", this.cable, cut, button("Jam", act("jam"), { title: "Blocks its winch" }));
+    return this.part("Cable", this.cable, cut, button("Jam", act("jam"), { title: "Its tension stays as it is" }));
   }
 
   limits() {
