@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable
 
 COMPARED = 60  # characters of a foreign name; more would be slow
@@ -15,6 +14,8 @@ def nearest(name: str, names: Iterable[str], count: int = 1, alike: float = ALIK
 
     Case is ignored, and a beginning of a name matches it.
     """
+    import difflib  # only for the message of an error
+
     given, known = name[:COMPARED], list(names)
     found = difflib.get_close_matches(given, known, count, alike)
     small = given.casefold()

@@ -37,9 +37,9 @@ KINDS = {
     "none_required": "null",
 }
 
-DECIMAL = re.compile(r"[-+]?[0-9]+,[0-9]+(?:[eE][-+]?[0-9]+)?")  # a number with a decimal comma
+DECIMAL = r"[-+]?[0-9]+,[0-9]+(?:[eE][-+]?[0-9]+)?"  # a number with a decimal comma
 
-QUANTITY = re.compile(r"([-+]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][-+]?[0-9]+)?) ?([^\W\d].{0,19}|%|°)")  # 25 kg
+QUANTITY = r"([-+]?(?:[0-9]+(?:[.,][0-9]*)?|[.,][0-9]+)(?:[eE][-+]?[0-9]+)?) ?([^\W\d].{0,19}|%|°)"  # 25 kg
 
 BOUNDS = {
     "greater_than": ("greater than", "gt"),
@@ -183,9 +183,9 @@ def _remedy(fault: _Fault, place: Place) -> str:
         return f"; write {{type: {fault.value}}}"
     if not isinstance(fault.value, str) or not {"a number", "a whole number"} & set(fault.kinds):
         return ""
-    if DECIMAL.fullmatch(fault.value):
+    if re.fullmatch(DECIMAL, fault.value):
         return f"; write {fault.value.replace(',', '.')}, with a point"
-    quantity = QUANTITY.fullmatch(fault.value)
+    quantity = re.fullmatch(QUANTITY, fault.value)
     if not quantity:
         return ""
     number, given, wanted = quantity[1].replace(",", "."), known_unit(quantity[2]), known_unit(unit)

@@ -24,8 +24,8 @@ from cdpr.config.yaml_nodes import MAX_DEPTH, has_surrogate, parse_value
 from cdpr.model import Robot
 from cdpr.native.arrays import MASKED, masked
 
-KEY = re.compile(r"[^.\[\]=\s]+(?:\[\d{1,9}\]|\.[^.\[\]=\s]+)*")
-PART = re.compile(r"\[(\d+)\]|([^.\[\]]+)")
+KEY = r"[^.\[\]=\s]+(?:\[\d{1,9}\]|\.[^.\[\]=\s]+)*"
+PART = r"\[(\d+)\]|([^.\[\]]+)"
 
 
 @dataclass(frozen=True)
@@ -60,6 +60,11 @@ def read_overrides(overrides: Overrides, problems: Problems) -> list[Change]:
     return [*changes, *_changes(rows, problems)]
 
 
+def path_of(key: str) -> Path:
+    """Return the path of a key such as robot.cables[0].frame[2]."""
+    return tuple(int(index) if index else word for index, word in re.findall(PART, key))
+
+
 def marked_changes(items: Iterable[tuple[str, Any, Mark]], problems: Problems) -> list[Change]:
     """Return changes from keys, plain values and positions."""
     return _changes([(key, value, mark, plain_value) for key, value, mark in items], problems)
@@ -68,11 +73,11 @@ def marked_changes(items: Iterable[tuple[str, Any, Mark]], problems: Problems) -
 def _changes(rows: Sequence[tuple[str, Any, Mark, Callable[[Any], Any]]], problems: Problems) -> list[Change]:
     changes: list[Change] = []
     for key, value, mark, convert in rows:
-        if not isinstance(key, str) or not KEY.fullmatch(key.strip()):
+        if not isinstance(key, str) or not re.fullmatch(KEY, key.strip()):
             text = "expected a key such as simulation.duration or robot.cables[0].frame[2]"
             problems.add(mark, (), text if str(mark).startswith("--") else f"{text}, got {shown(key)}")
             continue
-        path: Path = tuple(int(index) if index else word for index, word in PART.findall(key.strip()))
+        path: Path = path_of(key.strip())
         try:
             changes.append(Change(path, convert(value), mark))
         except ValueError as error:

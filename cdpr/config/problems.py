@@ -11,7 +11,7 @@ from cdpr.base.problems import Mark, Path, Problem, dotted
 
 MAX_PROBLEMS = 100  # keeps the output readable for invalid files
 MERGED = 4  # number of similar problems in list items that are merged into one line
-VALUE = re.compile(r"-?\d[\w.+-]*|'[^']*'")  # differences between similar problems
+VALUE = r"-?\d[\w.+-]*|'[^']*'"  # differences between similar problems
 
 
 @dataclass
@@ -74,11 +74,11 @@ def _merged(problems: Sequence[Problem]) -> list[str]:
     alike: dict[tuple[object, ...], list[Problem]] = {}
     for problem in problems:
         path = tuple("[]" if isinstance(part, int) else part for part in problem.path)
-        alike.setdefault((problem.mark.source, path, VALUE.sub("", problem.text)), []).append(problem)
+        alike.setdefault((problem.mark.source, path, re.sub(VALUE, "", problem.text)), []).append(problem)
     lines: list[str] = []
     for problem in problems:
         path = tuple("[]" if isinstance(part, int) else part for part in problem.path)
-        group = alike[(problem.mark.source, path, VALUE.sub("", problem.text))]
+        group = alike[(problem.mark.source, path, re.sub(VALUE, "", problem.text))]
         if len(group) < MERGED or "[]" not in path:
             lines.append(str(problem))
         elif problem is group[0]:

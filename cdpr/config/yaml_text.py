@@ -10,7 +10,7 @@ import re
 from functools import lru_cache
 from typing import Any
 
-PLAIN = re.compile(r"[A-Za-z_][\w./-]*(?: [\w./-]+)*", re.ASCII)
+PLAIN = r"(?a)[A-Za-z_][\w./-]*(?: [\w./-]+)*"
 ELSEWHERE = {"yes", "no", "on", "off", "true", "false", "null"}  # not text for other readers, in any case
 
 SPECIAL = {"nan": ".nan", "inf": ".inf", "-inf": "-.inf"}
@@ -68,7 +68,7 @@ def flow(value: Any) -> str:
 
 
 def _text(text: str) -> str:
-    if PLAIN.fullmatch(text) and text.lower() not in ELSEWHERE:
+    if re.fullmatch(PLAIN, text) and text.lower() not in ELSEWHERE:
         return text
     quoted = json.dumps(text, ensure_ascii=False)
     return "".join(char if char.isprintable() else f"\\U{ord(char):08X}" for char in quoted)

@@ -11,6 +11,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from importlib import import_module
+from itertools import groupby
+from operator import attrgetter
 from typing import Any
 
 import pluggy
@@ -330,7 +332,10 @@ def collect(entry_points: Iterable[importlib.metadata.EntryPoint], *, disabled: 
     on the path. With `disabled`, third-party plugins are not even imported.
     """
     result = Registry()
-    points = [(*_named(point), point) for point in entry_points]
+    points = []
+    for found, group in groupby(entry_points, attrgetter("dist")):
+        named = (found.name, found.version) if found else ("unknown", "?")  # each access parses its metadata
+        points += [(*named, point) for point in group]
     points.sort(key=lambda row: (row[0] != OWN_DISTRIBUTION, row[0], row[2].name))
     for distribution, version, point in points:
         if disabled and distribution != OWN_DISTRIBUTION:
@@ -348,11 +353,6 @@ def collect(entry_points: Iterable[importlib.metadata.EntryPoint], *, disabled: 
         for role, info in rows:
             result.add(role, info, distribution, version)
     return result
-
-
-def _named(point: importlib.metadata.EntryPoint) -> tuple[str, str]:
-    """Return name and version of the distribution of an entry point; each access parses its metadata."""
-    return (point.dist.name, point.dist.version) if point.dist else ("unknown", "?")
 
 
 def _rows(point: importlib.metadata.EntryPoint) -> list[tuple[Role, PluginInfo]]:

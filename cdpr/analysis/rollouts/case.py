@@ -15,7 +15,7 @@ from cdpr.analysis.jobs.cases import Outcome
 from cdpr.analysis.rollouts.figures import Figures
 from cdpr.base.errors import CdprError, Diverged, ExitCode, Interrupted, one_line
 from cdpr.base.problems import Mark
-from cdpr.config.overrides import PART, Change, plain_value
+from cdpr.config.overrides import Change, path_of, plain_value
 from cdpr.log.finite import Finite
 from cdpr.log.layout import Layout
 from cdpr.model.robot import Array
@@ -95,7 +95,7 @@ class Plan:
         self.scenario.planned  # noqa: B018 - once: cases with the same motion take it from there
         mark = Mark(f"case {number}")
         changes = [
-            Change(tuple(int(index) if index else word for index, word in PART.findall(key)), plain_value(value), mark)
+            Change(path_of(key), plain_value(value), mark)
             for key, value in zip(self.keys, values, strict=True)
         ]
         scenario = self.scenario.with_changes(changes)

@@ -77,5 +77,6 @@ class FmuFile(_Section):
         True, description="set the parameters that have the names of cdpr's own exports: mass, inertia, ..."
     )
     signals: Signals = Field(
-        Signals(), description="assignment of the FMU's variables to signals, where their names are ambiguous"
+        Signals.model_construct(),
+        description="assignment of the FMU's variables to signals, where their names are ambiguous",
     )

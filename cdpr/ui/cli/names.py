@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shlex
 from collections.abc import Callable, Iterator
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -33,6 +32,8 @@ class OutPath(click.Path):
 
 def again(context: click.Context, *more: str) -> str:
     """Return the text of the same command with `more` options, such as --out FOLDER, in place of its --out."""
+    import shlex  # only for commands that refer to themselves
+
     return shlex.join([*context.command_path.split(), *_words(context), *more])
 
 

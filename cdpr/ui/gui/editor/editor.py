@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Sequence
 from typing import Any
 
 from cdpr.base.errors import CdprError, OutputError
 from cdpr.base.problems import Mark, Path, Problem, dotted
-from cdpr.config.overrides import KEY, PART, Change, read_overrides
+from cdpr.config.overrides import KEY, Change, path_of, read_overrides
 from cdpr.config.problems import Problems
 from cdpr.config.yaml_nodes import parse
 from cdpr.config.yaml_text import flow
@@ -297,13 +298,13 @@ class Editor:
 
 
 def _path(text: str) -> Path:
-    if not isinstance(text, str) or not KEY.fullmatch(text):
+    if not isinstance(text, str) or not re.fullmatch(KEY, text):
         raise CdprError(f"expected a key such as robot.platform.mass or robot.cables[0].frame, got {text!r:.80}")
     return nominal.renamed(tuple(_parts(text)))
 
 
 def _parts(text: str) -> list[str | int]:
-    return [int(index) if index else word for index, word in PART.findall(text)]
+    return list(path_of(text))
 
 
 def _brief(value: Any) -> str:
