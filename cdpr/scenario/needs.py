@@ -59,14 +59,20 @@ def lacking(scenario: Content, role: str, properties: Mapping[str, object]) -> I
         Path of the section, and the missing feature, such as "features: contact".
     """
     for path, needs, _ in in_use(scenario):
-        required: Mapping[str, str | bool] = getattr(needs, role)
-        for name, entry in required.items():
-            declared = properties.get(name, ())
-            if isinstance(entry, bool):
-                if declared is not entry:
-                    yield path, MEANINGS.get(name, name)
-            elif not isinstance(declared, tuple | list) or entry not in declared:
-                yield path, f"{name}: {entry}"
+        for feature in missing(needs, role, properties):
+            yield path, feature
+
+
+def missing(needs: Needs, role: str, properties: Mapping[str, object]) -> Iterator[str]:
+    """Yield the features that `needs` require of a "backend" or "controller" and that its properties do not declare."""
+    required: Mapping[str, str | bool] = getattr(needs, role)
+    for name, entry in required.items():
+        declared = properties.get(name, ())
+        if isinstance(entry, bool):
+            if declared is not entry:
+                yield MEANINGS.get(name, name)
+        elif not isinstance(declared, tuple | list) or entry not in declared:
+            yield f"{name}: {entry}"
 
 
 def in_use(scenario: Content) -> Iterator[tuple[Path, Needs, Any]]:

@@ -16,20 +16,24 @@ import numpy as np
 
 from cdpr.base.columns import Column
 from cdpr.base.errors import CdprError, PluginError
+from cdpr.base.needs import of_moving_anchors
 from cdpr.base.problems import Path, dotted
 from cdpr.cables import COMMANDED, with_model
 from cdpr.fmu.read.options import FmuFile
 from cdpr.link.options import PeerOptions
+from cdpr.mechanics.anchors import Anchors
 from cdpr.model import Robot
 from cdpr.plugins import Backend, Controller, Environment, TensionSolver
 from cdpr.plugins.controller import OUTPUTS, Output
 from cdpr.plugins.registry import Registered, Role
 from cdpr.scenario import Scenario
-from cdpr.scenario.needs import lacking
+from cdpr.scenario.needs import lacking, missing
 from cdpr.simulation.attached_checks import check_known_mass, out_of_range
 from cdpr.simulation.columns import chosen_plugins, columns_of
 from cdpr.simulation.controller_calls import period_of
+from cdpr.simulation.loop_part import LoopPart
 from cdpr.simulation.loop_parts import loop_parts
+from cdpr.simulation.moving_anchors import moving_part
 from cdpr.simulation.parts import Parts
 from cdpr.simulation.settings import Settings
 from cdpr.simulation.works import works_of
@@ -155,8 +159,9 @@ class _Checks:
             self._try((), lambda: works_of(scenario))
         self._try(("simulation", "physics_step"), lambda: check_cables(scenario, chosen["backend"]))
         self.faults += [Fault(path, error) for path, error in out_of_range(scenario, chosen["backend"])]
+        mover = None if columns is None else self._try((), self._mover)
         for role in ("backend", "controller"):
-            self._lacking(role, chosen[role])
+            self._lacking(role, chosen[role], mover)
         if scenario.actuators is not None:
             self._try(("actuators",), lambda: self._actuators(chosen["backend"]))
         nominal = scenario.nominal
@@ -188,16 +193,38 @@ class _Checks:
             entry.load()
         return True
 
-    def _lacking(self, role: Role, entry: Registered) -> None:
-        """Report the sections that need features which a plugin does not declare."""
+    def _mover(self) -> LoopPart | None:
+        """Return the part of the loop that moves the anchors; reject a robot and actuators that do not support it."""
+        scenario = self._scenario
+        part = moving_part(loop_parts(scenario))
+        if part is not None:
+            Anchors(scenario.robot)
+            if scenario.actuators is not None:
+                raise CdprError(f"actuators: do not support anchors that move, by part of the loop '{part.name}'")
+        return part
+
+    def _lacking(self, role: Role, entry: Registered, mover: LoopPart | None) -> None:
+        """Report the sections and parts of the loop that need features which a plugin does not declare."""
         scenario = self._scenario
         options = scenario.controller_options if role == "controller" else scenario.backend_options()
-        for path, feature in lacking(scenario, role, entry.properties(options)):  # type: ignore[arg-type]
+        properties = entry.properties(options)  # type: ignore[arg-type]
+        lacks = list(lacking(scenario, role, properties))
+        for path, feature in lacks:
             error = PluginError(
                 f"{scenario.place(*path)}: {dotted(path)}: {role} '{entry.info.name}', with its options, does not "
                 f"support {feature}: choose another {role}, or remove the section"
             )
             self.faults.append(Fault(path, error))
+        reported = {feature for _, feature in lacks}
+        if mover is None:
+            return
+        for feature in missing(of_moving_anchors(), role, properties):
+            if feature not in reported:  # by the section of the part
+                error = PluginError(
+                    f"part of the loop '{mover.name}' moves the anchors: {role} '{entry.info.name}', with its options, "
+                    f"does not support {feature}: choose another {role}, or remove the part"
+                )
+                self.faults.append(Fault((), error))
 
     def _actuators(self, backend: Registered) -> None:
         from cdpr.simulation.actuators import check_actuators  # also enables the check for all modules that run FMUs

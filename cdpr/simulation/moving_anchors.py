@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NoReturn
 
 import numpy as np
@@ -12,9 +13,23 @@ from cdpr.mechanics.anchors import Anchors
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
+from cdpr.simulation.loop_part import LoopPart
 from cdpr.simulation.observe import Observation
 from cdpr.simulation.parts import Parts
 from cdpr.tension.operations import Operation
+
+
+def moving_part(parts: Iterable[LoopPart]) -> LoopPart | None:
+    """Return the part of a loop that moves the anchors; None if they are at rest.
+
+    Raises:
+        CdprError: if several parts move them.
+    """
+    movers = [part for part in parts if part.moves_anchors]
+    if len(movers) > 1:
+        names = ", ".join(repr(part.name) for part in movers)
+        raise CdprError(f"anchors that move: expected one part that moves them, got {names}")
+    return movers[0] if movers else None
 
 
 class LoopAnchors:
@@ -29,17 +44,14 @@ class LoopAnchors:
     """
 
     def __init__(self, parts: Parts) -> None:
-        movers = [part for part in parts.more if part.moves_anchors]
+        part = moving_part(parts.more)
         self._anchors: Anchors | None = None
         self.arrays: tuple[Array, ...] = ()
-        if not movers:
+        if part is None:
             return
-        if len(movers) > 1:
-            names = ", ".join(repr(part.name) for part in movers)
-            raise CdprError(f"anchors that move: expected one part that moves them, got {names}")
-        self._name = movers[0].name
+        self._name = part.name
         self._anchors = anchors = Anchors(parts.robot)
-        anchors.move(movers[0].anchor_motion(anchors))
+        anchors.move(part.anchor_motion(anchors))
         parts.backend.follow(anchors)
         self._past = np.zeros(parts.robot.m)
         self.arrays = (anchors.values, self._past)

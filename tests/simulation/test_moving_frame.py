@@ -17,6 +17,8 @@ from cdpr.base.needs import of_moving_anchors
 from cdpr.mechanics.kinematics import wrench_matrix
 from cdpr.scenario.needs import lacking, require
 from cdpr.simulation import loop_parts
+from cdpr.simulation.build import faults
+from cdpr.simulation.loop_part import LoopPart
 
 CAROCA, WINCH, BELIEVED = (str(ROOT / "scenarios" / f"{name}.yaml") for name in ("caroca", "winch", "believed"))
 SHORT = {"simulation.duration": 0.05}
@@ -123,6 +125,61 @@ def test_unsupported_combinations(run):
         run(str(ROOT / "scenarios" / "cogiro_pulleys.yaml"), carriage)
     with pytest.raises(PluginError, match="part 'carriage' declares moves_anchors"):
         run(CAROCA, type("Lazy", (Carriage,), {"anchor_motion": Carriage.__mro__[1].anchor_motion}))
+
+
+NATIVE = {"simulation.backend": "mujoco", "backend_options.mujoco.cables": "native"}
+
+
+@pytest.mark.parametrize(
+    ("changes", "who"),
+    [
+        ({"controller": {"type": "cable_length"}}, "controller 'cable_length'"),
+        ({"controller": {"type": "remote", "program": "pyproject.toml"}}, "controller 'remote'"),
+        ({"simulation.backend": "fmu"}, "backend 'fmu'"),
+        (NATIVE, "backend 'mujoco'"),
+    ],
+)
+def test_a_plugin_without_support_is_rejected_without_a_section(monkeypatch, changes, who):
+    use(monkeypatch, carriage)
+    scenario = cdpr.load_scenario(CAROCA, overrides={**SHORT, **changes})
+    (fault,) = faults(scenario)
+    assert str(fault.error).startswith(
+        f"part of the loop 'carriage' moves the anchors: {who}, with its options, does not support features: moving"
+    )
+    use(monkeypatch, LoopPart)
+    assert list(faults(scenario)) == []
+
+
+def test_a_controller_that_declares_nothing_is_rejected(monkeypatch):
+    class Blind(cdpr.plugins.Controller):
+        def control(self, time, state, desired, out):
+            out[:] = 0.0
+
+    use(monkeypatch, carriage)
+    with pytest.raises(PluginError, match="controller 'Blind', with its options, does not support features: moving"):
+        cdpr.simulate("caroca", controller=Blind, overrides=SHORT)
+
+
+def test_faults_of_parts_that_move_the_anchors_are_found_without_a_run(monkeypatch):
+    def found(scenario, *parts, **overrides):
+        use(monkeypatch, *parts)
+        return [str(fault.error) for fault in faults(cdpr.load_scenario(scenario, overrides=overrides))]
+
+    (several,) = found(CAROCA, carriage, type("Trolley", (Carriage,), {"name": "trolley"}))
+    (pulleys,) = found(str(ROOT / "scenarios" / "cogiro_pulleys.yaml"), carriage)
+    (actuators,) = found(WINCH, carriage, actuators={})
+    assert several == "anchors that move: expected one part that moves them, got 'carriage', 'trolley'"
+    assert "expected cables that leave from points, got exit pulley" in pulleys
+    assert actuators == "actuators: do not support anchors that move, by part of the loop 'carriage'"
+
+
+def test_a_section_and_its_part_are_reported_once(monkeypatch):
+    use(monkeypatch, carriage)
+    rows = [(("frame",), of_moving_anchors(), None)]
+    monkeypatch.setattr("cdpr.scenario.needs.in_use", lambda scenario: rows)
+    scenario = cdpr.load_scenario(CAROCA, overrides={"controller": {"type": "cable_length"}})
+    (fault,) = faults(scenario)
+    assert fault.path == ("frame",)
 
 
 def test_needs_of_a_section_that_moves_the_anchors(monkeypatch):
