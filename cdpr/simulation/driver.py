@@ -82,7 +82,7 @@ class Driver:
         self.pushes: dict[int, Wrench | Payload] = {}
         self._wrench: Wrench | None = None
         self._tension: list[float] | None = None
-        self._stopped = self._target_warned = False  # after a requested stop; if the last target was doubtful
+        self._target_warned = False  # if the last target was doubtful
         if simulation is not None:
             self.pacing.slice = self.slice_steps * simulation.scenario.simulation.control_step
             self.pacing.start(simulation.time)
@@ -179,8 +179,13 @@ class Driver:
         return n
 
     def step(self, n: int) -> None:
-        """Simulate n control steps, or those that remain, with the requested tensions, if any."""
-        self.simulation.step(n, tension=self._tension)
+        """Simulate n control steps, or those that remain, with the requested tensions, if any, until a stop."""
+        simulation = self.simulation
+        if self._tension is not None and (left := simulation.steps_before_stop) < n:
+            if left:
+                simulation.step(int(left), tension=self._tension)
+            self._tension, n = None, n - int(left)
+        simulation.step(n, tension=self._tension)
 
     def _step_portion(self, n: int) -> None:
         """Simulate n of the requested steps; if they are the last, answer the request."""
@@ -367,7 +372,7 @@ class Driver:
         if not tension:
             self._tension = None
             return
-        if self._stopped:
+        if not simulation.steps_before_stop:
             raise CdprError("tension: the robot is stopped")
         if names:
             tension = in_order(tension, names, [cable.name for cable in simulation.scenario.robot.cables])
@@ -377,7 +382,6 @@ class Driver:
     def request_stop(self, category: int | None = None, stopping_time: float | None = None) -> None:
         """Stop the robot, as `Simulation.stop`; requested tensions end, and further ones are rejected."""
         self.simulation.stop(category, stopping_time=stopping_time)
-        self._tension, self._stopped = None, True
 
     def request_limits(self, tension_min: float | None = None, tension_max: float | None = None) -> None:
         """Change the tension limits of all cables, N."""

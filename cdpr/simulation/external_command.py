@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from cdpr.base.errors import CdprError
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.plugins.controller import Output
+from cdpr.scenario.events import end_of_commands
 from cdpr.scenario.events.commands import Kind
 from cdpr.simulation.parts import Parts
 from cdpr.simulation.pipeline import Pipeline
@@ -83,10 +86,15 @@ class Command:
 
 
 class ExternalCommands:
-    """Pipelines of a loop for external commands; each is made at its first use."""
+    """Pipelines of a loop for external commands; each is made at its first use.
+
+    Attributes:
+        end: first sample at which they do not replace answers, because the robot stops; infinity without a stop.
+    """
 
     def __init__(self, loop: ClosedLoop, record: Record) -> None:
         self._loop, self._record = loop, record
+        self.end = end_of_commands(loop.parts.events, loop.parts.control_step)
         self._commands: dict[tuple[Kind, bool], Command] = {}
         self._last: Command | None = None  # for commands after the first sample
 
@@ -113,6 +121,23 @@ class ExternalCommands:
             pass
         command.take_checked(values)
         return command.pipeline
+
+    def steps_left(self, count: int, last: int) -> float:
+        """Return the number of steps from sample `count` in which commands can replace the answers.
+
+        The step to sample `last` also decides that sample.
+        """
+        return math.inf if self.end > last else max(self.end - count - (self.end == last), 0)
+
+    def check_stop(self, count: int, n: int, last: int, where: str = "step") -> None:
+        """Raise CdprError if the robot stops within n steps from sample `count`."""
+        left = self.steps_left(count, last)
+        if n > left:
+            remedy = f"take {left} steps with them and then others without" if left else "omit them"
+            raise CdprError(
+                f"{where}: the robot stops at {self.end * self._loop.parts.control_step:g} s, and from then on wrench "
+                f"and tension cannot replace the answers of controller and solver: {remedy}"
+            )
 
     def command(self, kind: Kind) -> Command:
         """Return the command for the present sample."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
@@ -19,7 +20,7 @@ from cdpr.config.overrides import plain_value
 from cdpr.log.event import Event
 from cdpr.log.files import replace
 from cdpr.scenario import Scenario, load_scenario
-from cdpr.scenario.events import MAX_EVENTS, ScenarioEvent, first_sample
+from cdpr.scenario.events import MAX_EVENTS, ScenarioEvent, end_of_commands, first_sample
 from cdpr.scenario.events.commands import Span, overlay, written
 from cdpr.scenario.events.event import AttachmentSpan, WrenchProfile
 from cdpr.scenario.events.external_command import ExternalCommand
@@ -178,7 +179,7 @@ class Session:
         return max([now, *(time for time in there if time > now and first_sample(time, step) == k)])
 
     def _spans(self, samples: int) -> list[Span]:
-        """Return the commands of the scenario and the live ones within these samples."""
+        """Return the commands of the scenario and the live ones within these samples, before a stop."""
         step, last = self.scenario.simulation.control_step, self.scenario.simulation.steps
         since, block = [], self.record.complete()
         while block is not None:
@@ -191,7 +192,12 @@ class Session:
         spans: list[Span] = []
         for event in self.scenario.events:
             spans = overlay(spans, event.commands())
-        return overlay(spans, since)
+        spans, end = overlay(spans, since), end_of_commands(self.events, step)
+        within = [span for span in spans if first_sample(span.start, step) < end]
+        return [
+            span if first_sample(span.end, step) <= end else dataclasses.replace(span, end=_tidy(end * step))
+            for span in within
+        ]
 
 
 def acting_span(event: ScenarioEvent, step: float) -> WrenchProfile | AttachmentSpan | None:

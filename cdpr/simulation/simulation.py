@@ -126,6 +126,11 @@ class Simulation(Branches):
         return self._runner.run is not None or self._loop.count > self._last
 
     @property
+    def steps_before_stop(self) -> float:
+        """Return the number of steps in which `step` takes `wrench` and `tension`; infinity without a stop."""
+        return self._loop.outside.steps_left(self._loop.count, self._last)
+
+    @property
     def row(self) -> Array:
         """Return a copy of the last complete sample, columns as in `Run.rows`.
 
@@ -173,7 +178,7 @@ class Simulation(Branches):
         Args:
             n: number of steps, at least 1.
             wrench: (6,) required wrench of the cables during these steps, N and N m; it replaces the controller's
-                answer and is distributed likewise. The controller is not called.
+                answer and is distributed likewise. The controller is not called. Not possible from a stop on.
             tension: (m,) tensions, N, clipped to the limits; they replace the solver's answer, too.
 
         Raises:
@@ -190,12 +195,15 @@ class Simulation(Branches):
             until = first + n
             if until > last:
                 until, n = last, last - first
-            if wrench is None:
-                given = None if tension is None else self._loop.outside.give("tension", tension, n)
-            elif tension is None:
-                given = self._loop.outside.give("wrench", wrench, n)
-            else:
+            outside = self._loop.outside
+            if wrench is None and tension is None:
+                self._go(until, None)
+                return
+            if wrench is not None and tension is not None:
                 raise CdprError("step: expected wrench or tension, not both")
+            if outside.end <= last:
+                outside.check_stop(first, n, last)
+            given = outside.give("wrench", wrench, n) if tension is None else outside.give("tension", tension, n)
             self._go(until, given)
 
     def until(self, time: float) -> None:

@@ -166,6 +166,8 @@ class Batch:
             given = None if wrench is None else checked(wrench, (len(self), 6), "wrench", finite=True)
             chosen = self._active if mask is None else self._active & self._mask(mask)
             bits = chosen.tolist()
+            if given is not None:
+                self._check_stop(np.flatnonzero(chosen).tolist(), int(n))
             for first in range(0, len(self), LANES):
                 stop = min(first + LANES, len(self))
                 lanes = [lane for lane in range(first, stop) if bits[lane]]
@@ -288,6 +290,14 @@ class Batch:
             if case.count == last and case.going:
                 case.finish()
         self._show(lanes)
+
+    def _check_stop(self, lanes: list[int], n: int) -> None:
+        """Raise CdprError if the robot of one of these lanes stops within n steps."""
+        for lane in lanes:
+            outside = self._cases[lane].loop.outside
+            if outside.end <= self._plan.steps:
+                count = int(self._samples[lane])
+                outside.check_stop(count, min(n, self._plan.steps - count), self._plan.steps, f"step: lane {lane}")
 
     def _show(self, lanes: Sequence[int]) -> None:
         """Update the rows of begun lanes of one group."""

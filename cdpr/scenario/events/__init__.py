@@ -8,6 +8,7 @@ Example:
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Sequence
 from typing import TYPE_CHECKING, Annotated
 
@@ -43,6 +44,7 @@ __all__ = [
     "TensionLimits",
     "Wrench",
     "broken",
+    "end_of_commands",
     "first_sample",
     "guarding",
     "limits_change",
@@ -79,6 +81,11 @@ def limits_change(kinds: Collection[str]) -> bool:
 def mass_changes(events: Sequence[ScenarioEvent]) -> bool:
     """Return True if an event changes the mass of the platform."""
     return any(event.changes_mass for event in events)
+
+
+def end_of_commands(events: Sequence[ScenarioEvent], step: float) -> float:
+    """Return the first sample at which no external command replaces an answer; infinity without a stop."""
+    return min((first_sample(event.time, step) for event in events if event.ends_commands), default=math.inf)
 
 
 def broken(events: Sequence[ScenarioEvent], cables: Sequence[str], step: float) -> tuple[tuple[int, float], ...]:

@@ -117,6 +117,7 @@ class ScenarioEvent(Kind):
         ideal_cables_only: True if it requires ideal cables.
         overrides: True if it sets tensions that the distribution did not choose.
         changes_limits: True if it changes tension limits.
+        ends_commands: True if external commands do not replace the answers of controller or solver from it on.
         changes_mass: True if it changes mass, centre of mass or inertia of the platform.
         wants_tensions: True if `event_log` needs the tensions of its first sample.
         files: keys that are file names.
@@ -126,6 +127,7 @@ class ScenarioEvent(Kind):
     overrides: ClassVar[bool] = False
     changes_limits: ClassVar[bool] = False
     changes_mass: ClassVar[bool] = False
+    ends_commands: ClassVar[bool] = False
     wants_tensions: ClassVar[bool] = False
     files: ClassVar[tuple[str, ...]] = ()
 

@@ -20,6 +20,7 @@ class EmergencyStop(ScenarioEvent):
 
     needs: ClassVar[Needs] = of_event()
     overrides: ClassVar[bool] = True
+    ends_commands: ClassVar[bool] = True
 
     type: Literal["emergency_stop"] = Field(
         default_factory=lambda: "emergency_stop", description="the robot is stopped"
