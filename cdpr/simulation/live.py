@@ -124,11 +124,11 @@ class Interventions(ABC):
         return self._do("attach", Payload, {**keys, "inertia": tensor})
 
     def release(self, push: Wrench | Payload) -> None:
-        """End a wrench that `push` returned, or detach a body that `attach` returned at an earlier sample, now."""
+        """End a wrench that `push` returned, or detach a body that `attach` returned, now."""
         with self._exclusive("release"):
             self._ready()
             session, loop = self._runner.session, self._loop
-            released = session.released(push, loop.count)
+            released = session.released(push, loop.count, undo=loop.schedule.can_undo(loop.count))
             live = [released if one is push else one for one in session.live]
             session.live = tuple(one for one in live if one is not None)
             with self._kept():

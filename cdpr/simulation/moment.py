@@ -51,7 +51,7 @@ class Memory:
         self._parts, self._stage, self._calls = parts, stage, calls
         # All members with a memory; only the backend needs a state to reset, and events are reset when a run begins.
         self._resettable = (stage, parts.controller, calls, parts.solver, *parts.more)
-        self._owners = (backend, *self._resettable, schedule)
+        self._owners, self._schedule = (backend, *self._resettable), schedule
         geometry = present.live.W, present.true_W
         self._live = (present.row, *geometry, *present.perceived, *present.anchors, backend.command, backend.external)
 
@@ -68,7 +68,8 @@ class Memory:
         Raises:
             PluginError: if a part does not support it.
         """
-        return Moment(place, save(self._live), [owner.snapshot() for owner in self._owners])
+        own = [owner.snapshot() for owner in self._owners]
+        return Moment(place, save(self._live), [*own, self._schedule.snapshot(place[0])])
 
     def put_back(self, moment: Moment) -> None:
         """Restore a copy.
@@ -76,7 +77,7 @@ class Memory:
         Raises:
             PluginError: if a part does not support it.
         """
-        for owner, taken in zip(self._owners, moment.own, strict=True):
+        for owner, taken in zip((*self._owners, self._schedule), moment.own, strict=True):
             owner.restore(taken)
         put_back(moment.live, self._live)
 

@@ -95,6 +95,12 @@ class Sample:
         self._body.inertial[:] = robot.inertial
         self._body.bounds[:] = acceleration_bounds(robot, self._body.gravity)
 
+    @property
+    def weighed(self) -> tuple[Array, ...]:
+        """Columns that `weigh` writes, live."""
+        loaded = (self.view("load_energy"),) if self.layout.has("loaded") else ()
+        return self.view("kinetic", "potential"), *loaded
+
     def weigh(self) -> None:
         """Write the energies of the present sample for the present mass properties; add the gain to its column."""
         energies = self.view("kinetic", "potential")

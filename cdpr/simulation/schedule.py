@@ -109,14 +109,17 @@ class Schedule:
             *(each._replace(when=lambda: self._imposing) for each in stage.imposing),
         ]
 
-    def snapshot(self) -> object:
-        """Return the effects so far on cables, power and options."""
+    def snapshot(self, k: int) -> object:
+        """Return the effects so far on cables, power and options, and those of sample k on the mass."""
+        attached = {} if self._attached is None else self._attached.snapshot(k)
         settings = None if self._settings is None else self._settings.snapshot()
-        return self._imposing, self._power, self._stage.cables.copy(), self._locked.copy(), settings
+        return self._imposing, self._power, self._stage.cables.copy(), self._locked.copy(), settings, attached
 
     def restore(self, snapshot: Any) -> None:
         """Restore a snapshot."""
-        self._imposing, self._power, cables, self._locked[:], settings = snapshot
+        self._imposing, self._power, cables, self._locked[:], settings, attached = snapshot
+        if self._attached is not None:
+            self._attached.restore(attached)
         self._stage.cables.put(cables)
         if self._settings is not None:
             self._settings.restore(settings)
@@ -152,6 +155,10 @@ class Schedule:
         for time, do in sorted(event.actions(self._step), key=lambda row: row[0]):
             if first_sample(time, self._step) == k:
                 do(self)
+
+    def can_undo(self, k: int) -> bool:
+        """Return True if a body attached at sample k can be removed at this sample, as if it had never been there."""
+        return self._attached is not None and self._attached.can_undo(k)
 
     def load(self, k: int) -> None:
         """Attach the bodies of sample k to the platform."""

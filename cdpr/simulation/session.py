@@ -111,8 +111,13 @@ class Session:
         if texts:
             raise CdprError(f"{title}: {'; '.join(texts)}")
 
-    def released(self, event: ScenarioEvent, k: int) -> ScenarioEvent | None:
+    def released(self, event: ScenarioEvent, k: int, *, undo: bool) -> ScenarioEvent | None:
         """Return a wrench or an attached body that ends at sample k; None if it has not acted.
+
+        Args:
+            event: live event.
+            k: number of the sample.
+            undo: True if a body attached at this sample can be removed, as if it had never been there.
 
         Raises:
             CdprError: if it cannot end then.
@@ -126,7 +131,7 @@ class Session:
         if span.end <= k:
             raise CdprError(f"release: that {event.type} has ended at {span.end * step:g} s")
         if span.first == k:
-            if isinstance(span, AttachmentSpan):  # to attach and detach it rounds the state of a plant
+            if isinstance(span, AttachmentSpan) and not undo:  # to attach and detach it rounds the state of a plant
                 raise CdprError(f"release: the {event.type} was attached at the present sample: take a step first")
             return None
         return event.model_copy(update={"duration": _tidy(k * step - event.time)})

@@ -75,9 +75,19 @@ def test_a_snapshot_is_restored_with_the_bodies_of_its_time():
         assert sim.run().rows.tobytes() == cdpr.simulate("caroca", overrides=SHORT).rows.tobytes()
 
 
-def test_a_body_is_not_released_before_a_step():
+def without_snapshots(sim):
+    """Let the plant of a simulation reject snapshots."""
+
+    def refuse():
+        raise PluginError("none")
+
+    sim._loop.parts.backend.snapshot = refuse
+
+
+def test_a_plant_without_snapshots_releases_a_body_after_a_step():
     """Otherwise the session could not be repeated to the bit: both changes round the state of the plant."""
     with cdpr.Simulation("caroca", overrides=SHORT) as sim:
+        without_snapshots(sim)
         sim.step(20)
         body = sim.attach(30.0, CENTER)
         with pytest.raises(CdprError, match="release: the payload was attached at the present sample: take a step"):
