@@ -150,7 +150,7 @@ class Winch(Part):
     torque of a motor with a lag: `cdpr/cables/parts.hpp` then passes them to these two functions, and calls two more.
     `own_start(motion, own)` writes them at the start, at which the cable pulls with the command; `own_slopes(motion,
     slope)` writes their time derivatives. `motion` is a `WinchMotion`. The check of the physics step does not include
-    them (`cdpr.mechanics.stability`).
+    them, and is omitted for winches without the numbers `drum_radius` and `inertia` (`cdpr.mechanics.stability`).
 
     Attributes:
         immediate: True if its tension always equals the command.

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cdpr.cables import chain_of
+from cdpr.cables.chain import Winch
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.kinematics import STILL, lengths, wrench_matrix
 from cdpr.model import Robot
@@ -81,8 +82,21 @@ class Oscillator:
         return platform
 
 
+def known_drums(robot: Robot) -> bool:
+    """Return True if all winches that are not immediate declare radius and inertia of a drum, which `oscillator` uses.
+
+    The motion of other winches is not known here.
+    """
+    chains = [chain_of(robot, cable) for cable in robot.cables]
+    return all({"drum_radius", "inertia"} <= _keys(chain.winch) for chain in chains if not chain.immediate)
+
+
+def _keys(winch: Winch) -> set[str]:
+    return {number.key for number in winch.numbers if number.owner == "winch"}
+
+
 def oscillator(robot: Robot, state: Array) -> Oscillator:
-    """Linearise a robot on winches about the pose of a state (13,) with all cables taut."""
+    """Linearise a robot on winches with `known_drums` about the pose of a state (13,) with all cables taut."""
     rows, W, length = robot.rows, wrench_matrix(robot, state)[robot.rows], lengths(robot, state)
     still = np.concatenate([state[:7], np.zeros(6)])
     columns = [required_wrench(robot, still, STILL, e[:3], e[3:]) for e in np.eye(6)[rows]]
@@ -93,7 +107,12 @@ def oscillator(robot: Robot, state: Array) -> Oscillator:
         winch = cable.winch
         if winch is not None and not chain.immediate:
             drums[i] = winch.inertia / winch.drum_radius**2
-            losses[i] = (winch.viscous_friction + winch.coulomb_friction / winch.coulomb_speed) / winch.drum_radius**2
+            keys, loss = _keys(chain.winch), 0.0
+            if "viscous_friction" in keys:
+                loss += winch.viscous_friction
+            if {"coulomb_friction", "coulomb_speed"} <= keys:
+                loss += winch.coulomb_friction / winch.coulomb_speed
+            losses[i] = loss / winch.drum_radius**2
     own = np.array([chain.stretches for chain in chains])  # drums with their own coordinates
     carried, n, k = W[:, ~own], len(W), int(own.sum())
     B = np.vstack([W[:, own], np.eye(k)])

@@ -288,8 +288,10 @@ def check_cables(scenario: Scenario, backend: Registered) -> None:
                 f"backend '{backend.info.name}' does not support {key} {model}: choose another backend, or "
                 f"set {key} to {COMMANDED}"
             )
-    from cdpr.mechanics.stability import longest, oscillator, stable
+    from cdpr.mechanics.stability import known_drums, longest, oscillator, stable
 
+    if not known_drums(robot):
+        return
     about = oscillator(robot, scenario.initial.state())
     scheme = about.runge_kutta if declared.get("scheme") == "rk4" else about.semi_implicit
     if not stable(scheme(step)):
