@@ -7,6 +7,7 @@ from typing import Any, Literal
 from pydantic import Field, model_validator
 
 from cdpr.base.columns import Column
+from cdpr.base.fields import MAX_MAGNITUDE
 from cdpr.cables import EXITS, MODELS
 from cdpr.fmu.read.options import FMU, FmuFile
 from cdpr.link.options import REMOTE, PeerOptions
@@ -58,12 +59,22 @@ def _legs(cables: str) -> dict[str, Any]:
 class LegOptions(PluginOptions):
     """Common options of rigid legs."""
 
-    leg_mass: float = Field(1e-3, gt=0.0, description="of each leg of `cables: ups`", json_schema_extra={"unit": "kg"})
+    leg_mass: float = Field(
+        1e-3, gt=0.0, le=MAX_MAGNITUDE, description="of each leg of `cables: ups`", json_schema_extra={"unit": "kg"}
+    )
     slide_damping: float = Field(
-        0.0, ge=0.0, description="viscous, along each leg of `cables: ups`", json_schema_extra={"unit": "N s/m"}
+        0.0,
+        ge=0.0,
+        le=MAX_MAGNITUDE,
+        description="viscous, along each leg of `cables: ups`",
+        json_schema_extra={"unit": "N s/m"},
     )
     hinge_damping: float = Field(
-        0.0, ge=0.0, description="viscous, of each hinge of `cables: ups`", json_schema_extra={"unit": "N m s"}
+        0.0,
+        ge=0.0,
+        le=MAX_MAGNITUDE,
+        description="viscous, of each hinge of `cables: ups`",
+        json_schema_extra={"unit": "N m s"},
     )
 
     @model_validator(mode="after")

@@ -7,11 +7,12 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from cdpr.base.fields import MAX_MAGNITUDE
 from cdpr.fmu.read.options import FMU, FmuFile
 from cdpr.link.options import REMOTE, PeerOptions
 from cdpr.plugins import FileName, PluginInfo, PluginOptions, hookimpl
 
-Gain = Annotated[float, Field(ge=0.0)]
+Gain = Annotated[float, Field(ge=0.0, le=MAX_MAGNITUDE)]
 Gains = Gain | Annotated[tuple[Gain, Gain, Gain, Gain, Gain, Gain], Field(strict=False)]
 CableGains = Gain | Annotated[tuple[Gain, ...], Field(strict=False, min_length=1)]
 

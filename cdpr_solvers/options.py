@@ -8,11 +8,16 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from cdpr.base.errors import PluginError
+from cdpr.base.fields import MAX_MAGNITUDE
 from cdpr.model import Robot
 from cdpr.plugins import PluginOptions
 
-Weights = Annotated[tuple[Annotated[float, Field(gt=0.0)], ...], Field(strict=False, min_length=1)]
-Tensions = Annotated[tuple[float, ...], Field(strict=False, min_length=1)]
+MOST_ITERATIONS = 10**9  # within the integers of all libraries
+
+Weights = Annotated[tuple[Annotated[float, Field(gt=0.0, le=MAX_MAGNITUDE)], ...], Field(strict=False, min_length=1)]
+Tensions = Annotated[
+    tuple[Annotated[float, Field(ge=-MAX_MAGNITUDE, le=MAX_MAGNITUDE)], ...], Field(strict=False, min_length=1)
+]
 
 
 class QpOptions(PluginOptions):
@@ -31,7 +36,7 @@ class QpOptions(PluginOptions):
         description="weight of each cable's squared distance, one per cable, or `stiffness`: the compliance of each "
         "cable at the robot's home, so that the energy stored in the cables is least; all 1 by default",
     )
-    change: Annotated[float, Field(gt=0.0)] | None = Field(
+    change: Annotated[float, Field(gt=0.0, le=MAX_MAGNITUDE)] | None = Field(
         None,
         description="largest change of a tension from one control step to the next; not limited by default",
         json_schema_extra={"unit": "N"},
@@ -83,7 +88,7 @@ class LibraryOptions(PluginOptions):
         le=1e-3,
         description="of limits and wrench, as a share of the largest limit; a millionth is too much for the stage",
     )
-    iterations: int = Field(1000, ge=1, description="maximum number of iterations of the library")
+    iterations: int = Field(1000, ge=1, le=MOST_ITERATIONS, description="maximum number of iterations of the library")
 
 
 class TimedOptions(LibraryOptions):
@@ -100,7 +105,7 @@ class TimedOptions(LibraryOptions):
 class OsqpOptions(TimedOptions):
     """Options of the solver `osqp`."""
 
-    iterations: int = Field(10_000, ge=1, description="maximum number of iterations of the library")
+    iterations: int = Field(10_000, ge=1, le=MOST_ITERATIONS, description="maximum number of iterations of the library")
 
 
 class DaqpOptions(LibraryOptions):
@@ -115,7 +120,9 @@ class PiqpOptions(LibraryOptions):
     tolerance: float = Field(
         1e-12, gt=0.0, le=1e-3, description="of residuals and duality gap, as a share of the largest limit"
     )
-    iterations: int = Field(250, ge=1, description="largest number of steps of the library, which is called twice")
+    iterations: int = Field(
+        250, ge=1, le=MOST_ITERATIONS, description="largest number of steps of the library, which is called twice"
+    )
 
 
 class ClarabelOptions(TimedOptions):
@@ -127,7 +134,9 @@ class ClarabelOptions(TimedOptions):
         le=1e-3,
         description="of the gap, and ten times that of residuals, as a share of the largest limit",
     )
-    iterations: int = Field(200, ge=1, description="largest number of steps of the library, which is called twice")
+    iterations: int = Field(
+        200, ge=1, le=MOST_ITERATIONS, description="largest number of steps of the library, which is called twice"
+    )
 
 
 class HighsOptions(TimedOptions):
@@ -170,7 +179,7 @@ class ImprovedClosedFormOptions(PluginOptions):
 class DykstraOptions(PluginOptions):
     """Options of the solver `dykstra`."""
 
-    iterations: int = Field(500, ge=1, description="maximum number of pairs of projections")
+    iterations: int = Field(500, ge=1, le=MOST_ITERATIONS, description="maximum number of pairs of projections")
     tolerance: float = Field(
         1e-12,
         gt=0.0,
