@@ -195,15 +195,15 @@ class Simulation(Branches):
             until = first + n
             if until > last:
                 until, n = last, last - first
-            outside = self._loop.outside
-            if wrench is None and tension is None:
-                self._go(until, None)
-                return
-            if wrench is not None and tension is not None:
-                raise CdprError("step: expected wrench or tension, not both")
-            if outside.end <= last:
+            given, outside = None, self._loop.outside
+            if (wrench is not None or tension is not None) and outside.end <= last:
                 outside.check_stop(first, n, last)
-            given = outside.give("wrench", wrench, n) if tension is None else outside.give("tension", tension, n)
+            if wrench is None:
+                given = None if tension is None else outside.give("tension", tension, n)
+            elif tension is None:
+                given = outside.give("wrench", wrench, n)
+            else:
+                raise CdprError("step: expected wrench or tension, not both")
             self._go(until, given)
 
     def until(self, time: float) -> None:
