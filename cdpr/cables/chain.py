@@ -167,8 +167,8 @@ class Winch(Part):
         """Raise CdprError for numbers or states that the kernels do not support."""
         super().__post_init__()
         name = self.header or "a winch"
-        if self.states != 0 and not COORDINATE <= self.states <= MOST_STATES:
-            raise CdprError(f"{name}: states: expected 0, or {COORDINATE} to {MOST_STATES}, got {self.states}")
+        if type(self.states) is not int or (self.states != 0 and not COORDINATE <= self.states <= MOST_STATES):
+            raise CdprError(f"{name}: states: expected 0, or {COORDINATE} to {MOST_STATES}, got {self.states!r}")
         if self.immediate and self.states:
             raise CdprError(f"{name}: an immediate winch has no states: set states=0, or immediate=False")
 

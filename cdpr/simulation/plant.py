@@ -67,6 +67,8 @@ def _phases_of(backend: Backend) -> Phases:
             f"{type(backend).__name__} shares its engine's world, and does not separate its platform from it: "
             "implement `phases`"
         )
+    if not isinstance(phases, Phases):
+        raise PluginError(f"{type(backend).__name__}.phases: expected Phases or None, got {type(phases).__name__}")
     return phases
 
 

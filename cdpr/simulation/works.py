@@ -32,6 +32,8 @@ def works_of(scenario: Scenario) -> tuple[tuple[str, str], ...]:
         if not isinstance(declared, Mapping) or not all(isinstance(name, str) for name in declared.values()):
             raise PluginError(f"{owner}: works: expected a mapping of sources and columns, got {declared!r}")
         for source, name in declared.items():
+            if not isinstance(source, str) or not source:
+                raise PluginError(f"{owner}: works: expected a source with a name, got {source!r}")
             if found.get(source, name) != name:
                 raise PluginError(f"{owner}: works: another part declares the source '{source}' already")
             if name and (name not in columns or (columns[name].width, columns[name].unit) != (1, "J")):

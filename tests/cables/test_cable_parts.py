@@ -46,8 +46,8 @@ def test_a_winch_declares_its_states():
     """Those of its coordinate are states only with a span that stretches; the others always are."""
     lagged = replace(DRUM, states=COORDINATE + 3)
     assert [Chain(winch, span).states for winch in (DRUM, lagged) for span in (ELASTIC, INEXTENSIBLE)] == [2, 0, 5, 3]
-    for states in (-1, 1, MOST_STATES + 1):
-        with pytest.raises(CdprError, match=rf"drum\.hpp: states: expected 0, or 2 to 16, got {states}$"):
+    for states in (-1, 1, MOST_STATES + 1, 2.5, None, "2"):
+        with pytest.raises(CdprError, match=rf"drum\.hpp: states: expected 0, or 2 to 16, got {states!r}$"):
             replace(DRUM, states=states)
     with pytest.raises(CdprError, match="an immediate winch has no states"):
         replace(DRUM, immediate=True)

@@ -173,3 +173,17 @@ def test_order_of_operations():
     perform(moving([Noted("a", 1, notes), Noted("b", 2, notes), Noted("c", 1, notes)], 2))
     once = ["load a", "load c", "step a", "read a", "read c"]
     assert notes == [*once, *once, "publish a", "publish c", "steps b"]
+
+
+@pytest.mark.parametrize("found", [[], ("load", "step", "read"), 5])
+def test_phases_of_another_type_are_rejected(found):
+    class Wrong(Still):
+        def phases(self):
+            return found
+
+        def step(self, n):
+            pass
+
+    plants = [Wrong(samples.free(), GRAVITY, 1e-3, None) for _ in range(2)]
+    with pytest.raises(PluginError, match=rf"Wrong\.phases: expected Phases or None, got {type(found).__name__}"):
+        moving(plants, 1)

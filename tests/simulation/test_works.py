@@ -135,6 +135,8 @@ def test_of_a_section(monkeypatch):
         ({"the drag": "drag"}, "works of 'the drag': expected an additional column .* got 'drag'"),
         ({"the drag": "cable_work"}, "expected an additional column"),
         ({"the drag": None}, "expected a mapping of sources and columns, got {'the drag': None}"),
+        ({5: ""}, "works: expected a source with a name, got 5"),
+        ({"": ""}, "works: expected a source with a name, got ''"),
         (["the drag"], r"expected a mapping of sources and columns, got \['the drag'\]"),
     ],
 )
