@@ -94,10 +94,7 @@ class Plan:
         """
         self.scenario.planned  # noqa: B018 - once: cases with the same motion take it from there
         mark = Mark(f"case {number}")
-        changes = [
-            Change(path_of(key), plain_value(value), mark)
-            for key, value in zip(self.keys, values, strict=True)
-        ]
+        changes = [Change(path_of(key), plain_value(value), mark) for key, value in zip(self.keys, values, strict=True)]
         scenario = self.scenario.with_changes(changes)
         if _samples(scenario) != self.samples:
             raise CdprError(
