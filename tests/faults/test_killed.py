@@ -170,6 +170,6 @@ def test_in_real_time_half_a_second_is_lost_at_most(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("moment", np.random.default_rng(2).uniform(0, 1.0, 20))
-def test_twenty_kills(tmp_path, moment):
+@pytest.mark.parametrize("moment", np.random.default_rng(2).uniform(0, 1.0, 10))
+def test_ten_kills(tmp_path, moment):
     assert_opens_after_repair(*killed(tmp_path, moment), ROWS_LOST)

@@ -347,7 +347,7 @@ def test_a_latin_hypercube():
 
 
 @pytest.mark.slow
-def test_better_than_chance_over_five_seeds(tmp_path):
+def test_better_than_chance_over_three_seeds(tmp_path):
     """Of the example, more coarsely and in fewer evaluations; benchmarks/design.py measures the full one."""
     example = (ROOT / "scenarios" / "studies" / "design_box.yaml").read_text()
     robot = os.path.relpath(ROOT / "scenarios" / "robots", tmp_path)
@@ -355,7 +355,7 @@ def test_better_than_chance_over_five_seeds(tmp_path):
     found = {}
     for kind in ("random", "differential_evolution"):
         found[kind] = []
-        for seed in range(5):
+        for seed in range(3):
             path = tmp_path / f"{kind}{seed}.yaml"
             optimizer = f"{{type: {kind}, evaluations: 300, seed: {seed}}}"
             path.write_text(example.replace("{evaluations: 1500, seed: 0}", optimizer))
@@ -363,5 +363,5 @@ def test_better_than_chance_over_five_seeds(tmp_path):
             assert got.feasible
             found[kind].append(got.goals(got.best)[0])
     better = np.array(found["differential_evolution"]) - np.array(found["random"])
-    assert (better > 0.0).sum() >= 4
+    assert (better > 0.0).all()
     assert np.median(found["differential_evolution"]) > 1.3 * np.median(found["random"])

@@ -187,14 +187,14 @@ def test_the_command_proves(tmp_path):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "undecided"), [("cogiro", 0.02), ("caroca", 0.03)])
+@pytest.mark.parametrize(("name", "undecided"), [("cogiro", 0.04), ("caroca", 0.06)])
 def test_no_proof_of_a_large_share_is_against_many_samples(name, undecided):
     found, robot = certified(name, undecided=undecided)
     assert found.proofs.shares()["undecided"] <= undecided
     assert contradicted(found, robot, *samples(found, SAMPLES)) == 0
 
 
-CHECKED = 300 * CASES  # boxes of each kind, in rational arithmetic
+CHECKED = 120 * CASES  # boxes of each kind, in rational arithmetic
 
 
 @pytest.mark.slow
@@ -230,7 +230,7 @@ def test_forces_in_rational_arithmetic(kind, asked, verdict):
 def test_clearances_in_rational_arithmetic(verdict):
     robot = robot_of("cogiro")
     robot = dataclasses.replace(robot, platform=dataclasses.replace(robot.platform, shape=None))
-    found, _ = certified("", "ifcow", 0.1, robot=robot, diameter=0.3)
+    found, _ = certified("", "ifcow", 0.2, robot=robot, diameter=0.3)
     positions, _ = samples(found, CHECKED, verdict=verdict)
     thick, q, failed = Fraction(0.3) ** 2, found.region.orientations[0], 0
     for position in positions.tolist():
