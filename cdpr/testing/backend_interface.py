@@ -155,7 +155,7 @@ def snapshot_restores(subject: BackendSubject) -> None:
 
 
 def columns_are_written(subject: BackendSubject) -> str:
-    """From the first sample on, every declared column contains finite numbers. The plugin writes only into them."""
+    """Every declared column contains finite numbers from the first sample on. The plugin writes only into its columns."""
     start = samples.state(np.random.default_rng(9), tilt=0.3)
     backend = subject.make(start)
 

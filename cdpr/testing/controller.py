@@ -112,7 +112,7 @@ def platform_is_renewed(subject: ControllerSubject) -> None:
 
 
 def columns_are_written(subject: ControllerSubject) -> str:
-    """From the first sample on, every declared column contains finite numbers. The plugin writes only into them."""
+    """Every declared column contains finite numbers from the first sample on. The plugin writes only into its columns."""
     robot = samples.braced()
     controller = subject.make(robot)
 
