@@ -112,7 +112,7 @@ def platform_is_renewed(subject: ControllerSubject) -> None:
 
 
 def columns_are_written(subject: ControllerSubject) -> str:
-    """Every declared column contains finite numbers from the first sample on. The plugin writes only into its columns."""
+    """Every declared column contains finite numbers from the first sample on. The plugin writes only its columns."""
     robot = samples.braced()
     controller = subject.make(robot)
 
