@@ -141,7 +141,7 @@ _ACCEL = "/cdpr/platform/acceleration_desired/accel"
 _WRENCH, _EXTERNAL = ("/cdpr/platform/wrench/wrench",), ("/cdpr/platform/external_wrench/wrench",)
 COMMANDS, _STATES = "/cdpr/cable_commands", "/cdpr/cable_states"
 _SOLVER, _ENERGY = ("/cdpr/solver/data",), ("/cdpr/energy/data",)
-_BY_LENGTH = "moments by the characteristic length"
+_BY_LENGTH = "moments divided by the characteristic length"
 _HELD = "held until the next sample"
 
 # State, desired state and the report of the tension stage are contiguous: the loop uses one view of each.
@@ -164,7 +164,7 @@ FIRST: tuple[Column, ...] = (
     Column("rate", CABLES, "m/s", "Rates of the cable lengths", places=(_STATES + "/velocity",)),
     Column("status", 1, "", "Status of the verified solution, a `cdpr.tension.Status`", places=_SOLVER),
     Column(
-        "residual", 1, "N", f"Norm of W tension - wrench in the controlled directions, {_BY_LENGTH}", places=_SOLVER
+        "residual", 1, "N", f"Norm of (W x tension) - wrench in the controlled directions, {_BY_LENGTH}", places=_SOLVER
     ),
     Column("margin", 1, "N", "Smallest distance of a tension from its limits, negative outside", places=_SOLVER),
     Column("at_limit", 1, "", "Number of cables at a limit", places=_SOLVER),

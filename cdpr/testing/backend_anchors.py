@@ -23,7 +23,7 @@ MOTION = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double)
 
 
 def uniform_motion_changes_nothing(subject: BackendSubject) -> None:
-    """Anchors and platform with the same constant velocity move relative to each other as at rest; after reset, too.
+    """A common constant velocity of anchors and platform does not change their relative motion, also after a reset.
 
     The cables are evaluated with the anchors at the time of the evaluation: for semi-implicit schemes, at the start of
     the physics step.

@@ -155,7 +155,7 @@ def snapshot_restores(subject: BackendSubject) -> None:
 
 
 def columns_are_written(subject: BackendSubject) -> str:
-    """Every declared column contains finite numbers from the first sample on; nothing else is written."""
+    """Every declared column contains finite numbers from the first sample on. The plugin writes only its columns."""
     start = samples.state(np.random.default_rng(9), tilt=0.3)
     backend = subject.make(start)
 

@@ -46,7 +46,7 @@ def _moves_like_a_new_one(subject: BackendSubject, robot: Robot, start: Array) -
 
 
 def snapshot_restores_after_load(subject: BackendSubject) -> None:
-    """After `load` with the robot of a snapshot and `restore`, the same bits follow, also after a new `load`."""
+    """After `load` of a snapshot's robot and `restore`, the plant repeats the same bits, also after another `load`."""
     needs(subject.properties.get("load"), "it does not declare load")
     needs(subject.properties.get("snapshot"), "it does not declare snapshot")
     robot = samples.free()

@@ -112,7 +112,7 @@ def platform_is_renewed(subject: ControllerSubject) -> None:
 
 
 def columns_are_written(subject: ControllerSubject) -> str:
-    """Every declared column contains finite numbers from the first sample on; nothing else is written."""
+    """Every declared column contains finite numbers from the first sample on. The plugin writes only its columns."""
     robot = samples.braced()
     controller = subject.make(robot)
 
@@ -160,7 +160,7 @@ def on_target_it_carries_the_weight(subject: ControllerSubject) -> None:
 
 
 def it_pulls_towards_the_target(subject: ControllerSubject) -> None:
-    """A target farther along an axis increases the force along it, and one farther about an axis the moment."""
+    """If the target moves along an axis, the force along it increases; if it rotates about an axis, the moment."""
     robot, state = samples.braced(), _rest(4)
     W = kinematics.wrench_matrix(robot, state)
     balance = _wrench(subject, W, subject.compute(subject.make(robot), state, _target(state)))

@@ -100,7 +100,7 @@ def the_platform_does_not_matter(subject: SolverSubject) -> None:
 
 
 def columns_are_written(subject: SolverSubject) -> str:
-    """Every declared column contains finite numbers from the first sample on; nothing else is written."""
+    """Every declared column contains finite numbers from the first sample on. The plugin writes only its columns."""
     group = samples.feasible()[0]
     solver = subject.make(group[0].robot)
     return expect_written(
