@@ -18,7 +18,7 @@ pytestmark = pytest.mark.slow
 ROBOTS = ["cogiro", "caroca", "ipanema_1", "planar", "point_mass", "seven"]
 CASES = int(os.environ.get("CDPR_WORKSPACE_CASES", "1"))
 POSES = 1500 * CASES  # of each: 9000 in all
-FEASIBLE_POSES = 30 * CASES  # of each: 180, with up to 64 programs each
+FEASIBLE_POSES = 45 * CASES  # of each: 270, with up to 64 programs each
 # N, and of a closure whose vectors have length 1: closer to zero the program's tolerance of 1e-10 N decides, which is
 # magnified by what the largest tension, 1e4 N, is over it. Nearer ones are counted, and must be few.
 UNSURE = 1e-4
