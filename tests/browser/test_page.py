@@ -34,7 +34,8 @@ LINES = """(t) => new Promise((done) => {
 
 # The numbers at the axis of values of a small plot, if it shows this range.
 NUMBERS = """(range) => {
-  const plot = cdpr.plots.find((found) => found.panel.label.startsWith("angular velocity")), c = plot.base.getContext("2d"), told = [];
+  const plot = cdpr.plots.find((found) => found.panel.label.startsWith("angular velocity"));
+  const c = plot.base.getContext("2d"), told = [];
   c.fillText = function (text) { if (this.textAlign === "right") told.push(text); };
   plot.panel.range = range;
   plot.draw();
