@@ -124,7 +124,8 @@ def of_control(**others: Support) -> Needs:
 
 def of_motion(**others: Support) -> Needs:
     """Return the needs of a desired motion: an input of exported FMUs, and part of exported real-time controllers."""
-    return of_control(**{"controller_fmu": UNCONCERNED, "bare_controller_fmu": UNCONCERNED, **others})
+    resting = left_out("the desired motion is an input of the FMU; by default it is rest at the initial pose")
+    return of_control(**{"controller_fmu": resting, "bare_controller_fmu": UNCONCERNED, **others})
 
 
 def of_event(*, backend: Mapping[str, str | bool] | None = None, **others: Support) -> Needs:

@@ -225,6 +225,8 @@ def make_folder(folder: Path) -> None:
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
+    except FileExistsError as error:
+        raise OutputError(f"{folder}: cannot be written: it is a file, not a folder") from error
     except OSError as error:
         raise unwritable(folder, error) from error
 

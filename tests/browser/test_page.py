@@ -32,6 +32,18 @@ LINES = """(t) => new Promise((done) => {
 })"""
 
 
+# The numbers at the axis of values of a small plot, if it shows this range.
+NUMBERS = """(range) => {
+  const plot = cdpr.plots.find((found) => found.panel.label.startsWith("angular velocity"));
+  const c = plot.base.getContext("2d"), told = [];
+  c.fillText = function (text) { if (this.textAlign === "right") told.push(text); };
+  plot.panel.range = range;
+  plot.draw();
+  delete c.fillText;
+  return told;
+}"""
+
+
 @pytest.fixture(scope="module")
 def run():
     return cdpr.simulate("cable_break", overrides={"simulation.duration": 2.0})
@@ -144,6 +156,22 @@ def test_hovering_reports_values(page, run):
     row = round(page.evaluate("cdpr.hover") / run.header.control_step)
     told = [float(text) for text in plot.locator(".series b").all_inner_texts()]
     assert told == pytest.approx(run.tension[row], rel=0.02)
+
+
+def test_round_off_is_shown_as_zero(page):
+    """At the start there is no error: neither steps of the stored numbers nor round-off are told."""
+    for label in ("position error (mm)", "acceleration (m/s²)"):
+        area(page, label).scroll_into_view_if_needed()
+        seek(page, 0.0)
+        values = page.locator(".plot", has_text=label).first.locator(".series b")
+        page.wait_for_function("(node) => node.textContent", arg=values.last.element_handle(), polling=50)
+        assert set(values.all_inner_texts()) == {"0"}, label
+
+
+@pytest.mark.parametrize("ends", [(-0.85e-3, 0.9e-3), (-3.0, 3.9), (0.31, 0.49), (1.0, 2.1)])
+def test_every_axis_has_two_numbers(page, ends):
+    numbers = page.evaluate(NUMBERS, ends)
+    assert len(set(numbers)) >= 2, numbers
 
 
 def test_dragging_zooms_all_plots_and_a_double_click_shows_all(page):

@@ -41,7 +41,7 @@ def test_blocking_files_are_reported(tmp_path):
     for path in (tmp_path / "folder", tmp_path / "none" / "file", tmp_path / "file" / "inside"):
         with pytest.raises(OutputError, match=f"{path}: cannot be written: "):
             replace(path, "text")
-    with pytest.raises(OutputError, match="file: cannot be written: "):
+    with pytest.raises(OutputError, match=r"file: cannot be written: it is a file, not a folder$"):
         make_folder(tmp_path / "file")
     assert sorted(os.listdir(tmp_path)) == ["file", "folder"]
 

@@ -257,6 +257,7 @@ def test_unsupported_exports_are_reported(arguments, said, tmp_path, monkeypatch
     ("name", "said"),
     [
         ("spherical", "left out: events: not exported (wrench at 1.6 s)"),
+        ("spherical", "left out: trajectory: the desired motion is an input of the FMU"),
         ("winch", "exported without --with-winch"),
     ],
 )

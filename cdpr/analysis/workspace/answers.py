@@ -109,6 +109,9 @@ def limits(robot: Robot, question: Question, numbers: list[int], *, bodies: bool
 
 def notes(robot: Robot, question: Question, *, bodies: bool) -> list[str]:
     """Return remarks on an answer."""
+    if not bodies and robot.m < robot.n:
+        few = f"{robot.m} cable{'s' * (robot.m != 1)} for {robot.n} degrees of freedom"
+        return [f"{few}: the wrench matrix is rank-deficient at every pose"]
     if not bodies:
         return []
     among, texts = clearance(robot, question.obstacles, question.diameter), []

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 
 import numpy as np
@@ -78,6 +79,14 @@ def test_blocking_files_are_named():
     assert found.summary()["outside_by"] == {name: outside.count(name) for name in set(outside)}
     (note,) = found.summary()["notes"]
     assert note.startswith("share an anchor, so their other ends count: cable_1 and cable_2, ")
+
+
+def test_too_few_cables_are_named_as_the_reason():
+    robot = robot_of("caroca")
+    few = dataclasses.replace(robot, cables=robot.cables[:5])
+    (note,) = workspace(few, "static", region(few, cells=3)).summary()["notes"]
+    assert note == "5 cables for 6 degrees of freedom: the wrench matrix is rank-deficient at every pose"
+    assert workspace(robot, "static", region(robot, cells=3)).summary()["notes"] == []
 
 
 def test_obstacles_of_a_scenario_are_in_the_way(tmp_path):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import math
 from typing import Any
 
 import numpy as np
@@ -28,6 +29,9 @@ class Arrays:
         values = np.where(finite, np.clip(values, -LARGEST, LARGEST), values)
         low, high = (float(values[finite].min()), float(values[finite].max())) if finite.any() else (0.0, 0.0)
         scale = (high - low) / STEPS or 1.0
+        if low < 0.0 < high:  # zero is a step, so that it is shown as 0
+            scale = (high - low) / (STEPS - 1) or 1.0
+            low = -math.ceil(-low / scale) * scale
         steps = np.full(len(values), STEPS + 1, "<u2")
         steps[finite] = np.minimum(np.rint((values[finite] - low) / scale), STEPS).astype("<u2")
         return {**self._add(steps, "u2"), "low": low, "scale": scale}

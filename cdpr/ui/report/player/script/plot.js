@@ -34,6 +34,7 @@ class Plot {
   hidden(series) { return this.off?.has(series) || this.state.hidden.has(this.key(series)); }
   colour(series) { return series.colour[this.state.dark ? 1 : 0]; }
   tag(series, i) { return series.group === "cable" ? String(i + 1) : series.name; }
+  get noise() { return 1e-9 * Math.max(...this.range.map(Math.abs)); } // smaller values are round-off, shown as 0
   get right() { return this.state.right ?? EDGE.right; } // common to all plots, which share the time axis
 
   // Names at line ends, if there are several and all are short, and their width.
@@ -172,7 +173,9 @@ class Plot {
     c.fillStyle = text;
     c.textBaseline = "middle";
     c.textAlign = "right";
-    let step = niceStep(high - low, Math.max(this.height < 24 ? 1 : 2, this.height / 32)); // two numbers where three would touch
+    let count = Math.max(this.height < 24 ? 1 : 2, this.height / 32), step = niceStep(high - low, count); // two numbers where three would touch
+    const alone = () => Math.floor(high / step + 1e-9) <= Math.ceil(low / step); // a single number shows no scale
+    while (!this.panel.log && count > 1 && count < this.height / 12 && alone()) step = niceStep(high - low, count *= 1.5);
     if (this.panel.log) step = Math.max(1, Math.ceil(step));
     for (let v = Math.ceil(low / step) * step; v <= high + 1e-9 * step; v += step) {
       const y = Math.round(this.y(v)) + 0.5;
@@ -292,7 +295,7 @@ class Plot {
     if (hover !== null) this.upright(c, hover, this.data.colours.soft[dark], 1);
     for (const { series, value } of this.entries) {
       const k = series.time.length ? nearest(series.time, t) : -1, v = k < 0 ? NaN : series.value[k];
-      const text = this.panel.log ? shortNumber(10 ** v) : shortNumber(v);
+      const text = this.panel.log ? shortNumber(10 ** v) : shortNumber(Math.abs(v) < this.noise ? 0 : v);
       if (value.textContent !== text) value.textContent = text;
       if (this.hidden(series) || Number.isNaN(v) || hover === null) continue;
       c.fillStyle = this.colour(series);
