@@ -159,7 +159,7 @@ def test_hovering_reports_values(page, run):
 
 
 def test_round_off_is_shown_as_zero(page):
-    """At the start there is no error: neither steps of the stored numbers nor round-off are told."""
+    """At the start there is no error: neither steps of the stored numbers nor round-off are shown."""
     for label in ("position error (mm)", "acceleration (m/s²)"):
         area(page, label).scroll_into_view_if_needed()
         seek(page, 0.0)
