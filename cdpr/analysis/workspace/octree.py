@@ -30,6 +30,7 @@ ERROR = 0.75
 POINTS_AT_ONCE = 16_384  # points interpolated together: their tables fit into the processor's cache
 
 CORNERS = np.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+AXES = np.arange(3)
 POINTS = np.array([[i, j, k] for i in (0, 1, 2) for j in (0, 1, 2) for k in (0, 1, 2)])  # of a divided box
 
 
@@ -161,8 +162,7 @@ class _Octree:
         boxes, error, size = boxes[whole], error[whole], size[whole]
         middle = boxes[:, :, 0] + size // 2
         thirds = np.stack([boxes[:, :, 0], middle, boxes[:, :, 1]], axis=2)  # lowest, middle, highest
-        places = np.stack([thirds[:, i, POINTS[:, i]] for i in range(3)], axis=2)
-        numbers = self._numbers(places)
+        numbers = self._numbers(thirds[:, AXES, POINTS])
         corners = self._numbers(_corners(boxes))
         value, nearest = np.empty(numbers.shape), np.empty_like(numbers)
         for one, some in _alike(size):
@@ -183,9 +183,7 @@ class _Octree:
         with np.errstate(invalid="ignore"):
             missed = np.abs(self._all.value[numbers] - value)
         missed[~np.isfinite(missed)] = np.inf
-        children = np.stack(
-            [np.stack([thirds[:, i, c[i]], thirds[:, i, c[i] + 1]], axis=1) for c in CORNERS for i in range(3)], axis=1
-        ).reshape(len(boxes), 8, 3, 2)
+        children = np.stack([thirds[:, AXES, CORNERS], thirds[:, AXES, CORNERS + 1]], axis=3)
         parts, errors = children.reshape(-1, 3, 2), np.repeat(missed.max(axis=1, initial=0.0), 8)
         extent = parts[:, :, 1] - parts[:, :, 0]
         proper = (extent.max(axis=1) > 1) & ~((extent == 0) & (np.repeat(size, 8, axis=0) > 0)).any(axis=1)
@@ -194,14 +192,15 @@ class _Octree:
 
 def _corners(boxes: Cells) -> Cells:
     """Return the corner cells, (n, 8, 3), of boxes (n, 3, 2)."""
-    return np.stack([boxes[:, i, CORNERS[:, i]] for i in range(3)], axis=2)
+    return boxes[:, AXES, CORNERS]
 
 
 def _alike(sizes: Cells) -> Iterator[tuple[Cells, Cells]]:
     """Yield each distinct size (3,) of sizes (n, 3) in order, with the indices of its occurrences."""
-    kinds, which = np.unique(sizes, axis=0, return_inverse=True)
-    for i, size in enumerate(kinds):
-        yield size, np.flatnonzero(which.ravel() == i)
+    number = sizes @ (np.int64(sizes.max(initial=0)) + 1) ** np.array([2, 1, 0])  # few are distinct
+    for kind in np.flatnonzero(np.bincount(number)):
+        some = np.flatnonzero(number == kind)
+        yield sizes[some[0]], some
 
 
 def _mix(corners: Array, share: Array) -> Array:
