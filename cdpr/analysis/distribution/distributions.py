@@ -197,7 +197,8 @@ def _respects_bounds(properties: Mapping[str, object]) -> bool:
 def _rows(values: ArrayLike, width: int, name: str) -> Array:
     array = real(values, name)  # large arrays are copied only if necessary
     if array.ndim not in (1, 2) or array.shape[-1] != width:
-        raise CdprError(f"{name}: the shape must be ({width},) or (K, {width}), got {array.shape}")
+        of = " (position and quaternion w, x, y, z)" if name == "poses" else ""
+        raise CdprError(f"{name}: the shape must be ({width},) or (K, {width}){of}, got {array.shape}")
     return array.reshape(-1, width)
 
 
