@@ -198,7 +198,7 @@ def _corners(boxes: Cells) -> Cells:
 def _alike(sizes: Cells) -> Iterator[tuple[Cells, Cells]]:
     """Yield each distinct size (3,) of sizes (n, 3) in order, with the indices of its occurrences."""
     number = sizes @ (np.int64(sizes.max(initial=0)) + 1) ** np.array([2, 1, 0])  # few are distinct
-    for kind in np.flatnonzero(np.bincount(number)):
+    for kind in np.unique(number):
         some = np.flatnonzero(number == kind)
         yield sizes[some[0]], some
 
