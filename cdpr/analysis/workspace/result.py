@@ -331,7 +331,7 @@ def workspace(
         inside, boundary = proved == INSIDE, proved == NEITHER
     elif isinstance(detail, Rays):
         inside = detail.at_cells()
-    table, numbers = region.shape, np.unique(limit)
+    table, numbers = region.shape, np.flatnonzero(np.bincount(limit + 1)) - 1  # small integers from -1
     known = {
         "question": whole.to_dict(robot),
         "over": over,
