@@ -218,7 +218,7 @@ def nan_shows(subject: ControllerSubject) -> None:
 
 
 def it_settles(subject: ControllerSubject) -> str:
-    """From 3 cm and 0.03 rad away, the platform moves at least halfway to its target in three seconds."""
+    """A platform at 3 cm and 0.03 rad from its target moves at least halfway to it in three seconds."""
     robot, step = samples.braced(), 5e-3
     controller = subject.make(robot, step=step)
     target = _target(_rest(7))
