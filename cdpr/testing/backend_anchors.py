@@ -23,7 +23,7 @@ MOTION = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double)
 
 
 def uniform_motion_changes_nothing(subject: BackendSubject) -> None:
-    """A common constant velocity of anchors and platform does not change their relative motion, also after a reset.
+    """If the same constant velocity is added to anchors and platform, their relative motion is the same.
 
     The cables are evaluated with the anchors at the time of the evaluation: for semi-implicit schemes, at the start of
     the physics step.

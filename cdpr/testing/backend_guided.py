@@ -16,7 +16,7 @@ from cdpr.testing.subjects import BackendSubject
 
 
 def guided_state_round_trip(subject: BackendSubject) -> None:
-    """After `reset` of a guided platform, `state` equals the given state, and commands act on their own cables."""
+    """After `reset(start)` of a guided platform, `state` equals `start`. Commands act on their own cables."""
     rng = np.random.default_rng(30)
     backend = subject.guided(samples.planar_state(rng))
     for _ in range(50):
@@ -26,7 +26,7 @@ def guided_state_round_trip(subject: BackendSubject) -> None:
 
 
 def guided_wrench_accelerates(subject: BackendSubject) -> None:
-    """Gravity, each cable, and each external force and moment move a guided platform by its equations of motion."""
+    """A guided platform accelerates by its equations of motion: gravity, cables, external wrench."""
     _accelerates(subject, samples.planar(), samples.planar_state(np.random.default_rng(31), speed=0.0))
 
 
@@ -46,7 +46,7 @@ def _accelerates(subject: BackendSubject, robot: Robot, start: Array) -> None:
 
 
 def held_directions_stay(subject: BackendSubject) -> None:
-    """A guided platform does not move in the directions of its guide, under any load."""
+    """A guided platform does not move in the directions that its guide blocks, under any load."""
     start = samples.planar_state(np.random.default_rng(32))
     backend = subject.guided(start)
     backend.command[:] = np.linspace(50.0, 200.0, 4)
@@ -58,7 +58,7 @@ def held_directions_stay(subject: BackendSubject) -> None:
 
 
 def guided_order_is_as_declared(subject: BackendSubject) -> str:
-    """With a guide, the error also decreases with the declared power of the step."""
+    """The error of a guided platform is also proportional to step^`order`."""
     return _order(subject, samples.planar(), _start(), COMMAND, _truth())
 
 
@@ -76,7 +76,7 @@ def _order(subject: BackendSubject, robot: Robot, start: Array, command: Array, 
 
 
 def spherical_state_round_trip(subject: BackendSubject) -> None:
-    """After `reset` of a platform on a ball joint, `state` equals the given state, in any attitude."""
+    """After `reset(start)` of a platform on a ball joint, `state` equals `start`, in any attitude."""
     rng = np.random.default_rng(34)
     backend = subject.guided(samples.spherical_state(rng), robot=samples.spherical())
     for _ in range(50):
@@ -86,7 +86,7 @@ def spherical_state_round_trip(subject: BackendSubject) -> None:
 
 
 def spherical_wrench_accelerates(subject: BackendSubject) -> None:
-    """Gravity, each cable and each external moment rotate a platform on a ball joint by its equations of motion."""
+    """A platform on a ball joint accelerates by its equations of motion: gravity, cables, moments."""
     _accelerates(subject, samples.spherical(), samples.spherical_state(np.random.default_rng(35), speed=0.0))
 
 
@@ -103,7 +103,7 @@ def spherical_origin_stays(subject: BackendSubject) -> None:
 
 
 def spherical_order_is_as_declared(subject: BackendSubject) -> str:
-    """On a ball joint, the error also decreases with the declared power of the step."""
+    """The error of a platform on a ball joint is also proportional to step^`order`."""
     return _order(subject, samples.spherical(), _spherical_start(), BALL_COMMAND, _spherical_truth())
 
 

@@ -35,7 +35,7 @@ def _ride(subject: BackendSubject, steps: int = 200) -> Array:
 
 
 def arrays_are_kept(subject: BackendSubject) -> None:
-    """The float64 arrays `command`, `external` and `state` are created once; the backend writes only `state`."""
+    """`command`, `external` and `state` remain the same float64 arrays. The plant writes only `state`."""
     backend = subject.make(samples.state(np.random.default_rng(0)))
     arrays = {"command": backend.command, "external": backend.external, "state": backend.state}
     for (name, array), size in zip(arrays.items(), (8, 6, 13), strict=True):
@@ -50,12 +50,12 @@ def arrays_are_kept(subject: BackendSubject) -> None:
 
 
 def made_and_closed_twice(subject: BackendSubject) -> None:
-    """A plant created after another one was closed gives the same bits."""
+    """A plant that is created after another one was closed gives identical states."""
     expect_same_bits(_ride(subject), _ride(subject), "state of a second plant after 200 steps")
 
 
 def reset_forgets(subject: BackendSubject) -> None:
-    """After `reset`, the plant gives the same bits as a new one."""
+    """After `reset`, the states are identical to those of a new plant."""
     rng = np.random.default_rng(2)
     start, other = samples.state(rng, tilt=0.3), samples.state(rng, speed=5.0)
     fresh, used = subject.make(start), subject.make(other)
@@ -69,7 +69,7 @@ def reset_forgets(subject: BackendSubject) -> None:
 
 
 def platform_is_renewed(subject: BackendSubject) -> None:
-    """After `renew` and `reset`, the plant gives the same bits as a new one with the other platform."""
+    """After `renew` and `reset`, the states are identical to those of a new plant with the new platform."""
     start, robot = samples.state(np.random.default_rng(2), tilt=0.3), samples.laden(samples.free())
     fresh, used = subject.make(start, robot), subject.make(start)
     used.step(37)
@@ -82,7 +82,7 @@ def platform_is_renewed(subject: BackendSubject) -> None:
 
 
 def steps_add_up(subject: BackendSubject) -> None:
-    """step(10) equals ten times step(1), and step(0) does nothing; command and wrench are constant in between."""
+    """step(10) equals ten calls of step(1) with the same command and wrench. step(0) changes nothing."""
     start = samples.state(np.random.default_rng(3), tilt=0.3)
     whole, parts = subject.make(start), subject.make(start)
     for backend in (whole, parts):
@@ -96,7 +96,7 @@ def steps_add_up(subject: BackendSubject) -> None:
 
 
 def operations_make_a_step(subject: BackendSubject) -> None:
-    """The operations of `operations` and those of `phases` give the same bits as `step`."""
+    """The operations of `operations` and of `phases` give the same states as `step`."""
     start, steps = samples.state(np.random.default_rng(10), tilt=0.3), 20
 
     def loaded() -> Backend:
@@ -136,7 +136,7 @@ def instances_are_apart(subject: BackendSubject) -> None:
 
 
 def snapshot_restores(subject: BackendSubject) -> None:
-    """After every restore of a snapshot, the plant continues with the same bits, including the clock."""
+    """After each `restore` of a snapshot, the plant repeats the same states and times."""
     needs(subject.properties.get("snapshot"), "it does not declare snapshot")
     backend = subject.make(samples.state(np.random.default_rng(5), tilt=0.3))
     backend.command[:], backend.external[:] = np.linspace(40.0, 130.0, 8), [1.0, 2.0, 3.0, 0.4, 0.5, 0.6]
@@ -155,7 +155,7 @@ def snapshot_restores(subject: BackendSubject) -> None:
 
 
 def columns_are_written(subject: BackendSubject) -> str:
-    """Every declared column contains finite numbers from the first sample on. The plugin writes only its columns."""
+    """In each sample, the declared columns contain finite numbers. The plugin writes nothing else."""
     start = samples.state(np.random.default_rng(9), tilt=0.3)
     backend = subject.make(start)
 
@@ -168,7 +168,7 @@ def columns_are_written(subject: BackendSubject) -> str:
 
 
 def clock_counts_steps(subject: BackendSubject) -> None:
-    """`engine_time` is the step times the number of steps since the reset."""
+    """`engine_time` equals the step times the number of steps since the reset."""
     backend = subject.make(samples.state(np.random.default_rng(6)), step=2e-3)
     needs(backend.engine_time() is not None, "it has no clock")
     for _ in range(2):
@@ -180,7 +180,7 @@ def clock_counts_steps(subject: BackendSubject) -> None:
 
 
 def keeps_quiet(subject: BackendSubject) -> None:
-    """The backend prints nothing and leaves no file in the working folder, even with NaN as input."""
+    """The plant prints nothing and leaves no file in the working folder, even if an input is NaN."""
     with tempfile.TemporaryDirectory() as folder, OutputCapture(Path(folder)) as silence:
         backend = subject.make(samples.state(np.random.default_rng(7)))
         backend.step(10)
@@ -195,7 +195,7 @@ def keeps_quiet(subject: BackendSubject) -> None:
 
 
 def nothing_leaks(subject: BackendSubject) -> None:
-    """After forty plants were created, run and closed, no descriptor, no thread and at most 4 MB remain."""
+    """After 40 plants were created and closed, no open file, no thread and at most 4 MB of memory remain."""
     needs(os.path.isdir("/proc/self/fd"), "only Linux reports the resources of a process")
 
     def cycle(count: int) -> tuple[int, int, int]:

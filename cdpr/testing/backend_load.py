@@ -16,14 +16,14 @@ ROUND_OFF = 1e-9  # in the state after some steps
 
 
 def mass_changes_in_place(subject: BackendSubject) -> None:
-    """`load` changes neither state nor clock; the platform then moves like a new plant with that mass."""
+    """`load` does not change state and clock. The motion is then that of a new plant with the new mass."""
     needs(subject.properties.get("load"), "it does not declare load")
     start = samples.state(np.random.default_rng(70), tilt=0.3)
     _moves_like_a_new_one(subject, samples.free(), start)
 
 
 def guided_mass_changes_in_place(subject: BackendSubject) -> None:
-    """`load` meets the same requirements for a guided platform."""
+    """For a guided platform, `load` meets the requirement of `mass_changes_in_place`, too."""
     needs(subject.properties.get("load"), "it does not declare load")
     start = samples.planar_state(np.random.default_rng(71))
     subject.close(subject.guided(start))  # it may refuse guided platforms
@@ -46,7 +46,7 @@ def _moves_like_a_new_one(subject: BackendSubject, robot: Robot, start: Array) -
 
 
 def snapshot_restores_after_load(subject: BackendSubject) -> None:
-    """After `load` of a snapshot's robot and `restore`, the plant repeats the same bits, also after another `load`."""
+    """A snapshot taken before or after `load` restores the same states, if its robot is loaded first."""
     needs(subject.properties.get("load"), "it does not declare load")
     needs(subject.properties.get("snapshot"), "it does not declare snapshot")
     robot = samples.free()

@@ -29,7 +29,7 @@ NO_WRENCH = np.zeros(6)
 
 
 def state_round_trip(subject: BackendSubject) -> None:
-    """After `reset`, `state` equals the given state, in any attitude, and the given array is unchanged."""
+    """After `reset(start)`, `state` equals `start` in any attitude. `start` itself is unchanged."""
     rng = np.random.default_rng(10)
     backend = subject.make(samples.state(rng))
     for _ in range(100):
@@ -47,7 +47,7 @@ def state_round_trip(subject: BackendSubject) -> None:
 
 
 def state_is_current(subject: BackendSubject) -> None:
-    """After a step, pose and twist are those at the end of this step, not of the previous one."""
+    """After a step, pose and twist are those at the end of this step, not those of the previous step."""
     rng = np.random.default_rng(11)
     start = samples.state(rng)
     start[7:] = [8.0, -5.0, 6.0, 3.0, -2.0, 4.0]
@@ -58,25 +58,25 @@ def state_is_current(subject: BackendSubject) -> None:
 
 
 def gravity_pulls(subject: BackendSubject) -> None:
-    """The platform falls along the given gravity, in any direction."""
+    """The platform accelerates along the given gravity, in any direction."""
     for gravity in (np.array([0.0, 0.0, -9.81]), np.array([1.0, 2.0, -5.0]), np.zeros(3)):
         _accelerates(subject, gravity, NO_COMMAND, NO_WRENCH, "acceleration by gravity")
 
 
 def external_wrench_acts_on_the_origin(subject: BackendSubject) -> None:
-    """External forces and moments act at the origin, in world axes, with the full inertia, in any attitude."""
+    """The external wrench acts at the origin, in world axes, with the full inertia, in any attitude."""
     for k, part in enumerate(np.eye(6)):
         _accelerates(subject, NO_GRAVITY, NO_COMMAND, 100.0 * part, f"acceleration by external[{k}]")
 
 
 def cables_pull(subject: BackendSubject) -> None:
-    """Each command pulls along its own cable, at its anchor."""
+    """Each command pulls along its own cable, at the anchor of this cable."""
     for i, part in enumerate(np.eye(8)):
         _accelerates(subject, NO_GRAVITY, 100.0 * part, NO_WRENCH, f"acceleration by cable {i + 1}")
 
 
 def loads_are_not_clamped(subject: BackendSubject) -> None:
-    """Commands and wrenches far below and above the limits of the cables act unchanged: a plant does not clip them."""
+    """The plant does not clip commands or wrenches, even if they are far outside the limits of the cables."""
     for size in LOADS:
         pull, push = size * np.linspace(0.5, 1.0, 8), size * np.array([0.3, -0.5, 0.7, 0.2, 0.1, -0.4])
         _accelerates(subject, NO_GRAVITY, pull, NO_WRENCH, f"acceleration by commands of {size:g} N", least=0.0)
@@ -97,7 +97,7 @@ def _accelerates(
 
 
 def wrench_ends(subject: BackendSubject) -> None:
-    """Command and external wrench act only as long as they are set."""
+    """If command and external wrench are set to zero, they have no effect in the next step."""
     backend = subject.make(samples.state(np.random.default_rng(13), tilt=0.3))
     backend.command[:], backend.external[:] = np.linspace(100.0, 400.0, 8), [900.0, 500.0, 700.0, 50.0, 40.0, 60.0]
     backend.step(3)
@@ -109,7 +109,7 @@ def wrench_ends(subject: BackendSubject) -> None:
 
 
 def coasting_keeps_velocity(subject: BackendSubject) -> None:
-    """A free body keeps its velocity, whether fast or almost at rest: no damping, no sleeping."""
+    """A free body keeps a high or a very low velocity: the engine does not damp it or set it to zero."""
     for speed in (3.0, 1e-4):
         start = samples.state(np.random.default_rng(14), speed=speed)
         backend = subject.make(start, samples.ball(), NO_GRAVITY, 1e-2)
@@ -119,7 +119,7 @@ def coasting_keeps_velocity(subject: BackendSubject) -> None:
 
 
 def coasts_however_slowly(subject: BackendSubject) -> None:
-    """A free body keeps moving or rotating even at a nanometre or nanoradian per second: no sleeping."""
+    """A free body keeps even a velocity of about 1e-9 m/s or rad/s: the engine does not set it to zero."""
     for speed in SLOW:
         for part, what in ((slice(7, 10), "m/s"), (slice(10, 13), "rad/s")):
             start = samples.state(np.random.default_rng(14), speed=0.0)
@@ -133,7 +133,7 @@ def coasts_however_slowly(subject: BackendSubject) -> None:
 
 
 def gravity_pulls_under_any_load(subject: BackendSubject) -> None:
-    """Gravity adds the same acceleration to small and to large commands and wrenches."""
+    """Gravity causes the same acceleration with small and with large commands and wrenches."""
     for size in LOADS:
         pull, push = size * np.linspace(0.5, 1.0, 8), size * np.array([0.3, -0.5, 0.7, 0.2, 0.1, -0.4])
         for command, external, what in ((pull, NO_WRENCH, "commands"), (NO_COMMAND, push, "a wrench")):
@@ -154,7 +154,7 @@ def _after_a_step(subject: BackendSubject, gravity: Array, command: Array, exter
 
 
 def long_fall(subject: BackendSubject) -> None:
-    """During a fall of 30 s, the speed is not limited, or only at the declared `speed_max`."""
+    """In a fall of 30 s, the engine does not limit the speed, except to the declared `speed_max`."""
     limit = float(subject.properties.get("speed_max", math.inf))
     h = 1e-2
     steps = int(min(3000.0, 0.9 * limit / (9.81 * h)))
@@ -167,7 +167,7 @@ def long_fall(subject: BackendSubject) -> None:
 
 
 def tumbling_keeps_energy_and_momentum(subject: BackendSubject) -> None:
-    """Ten seconds of free tumbling keep energy within 0.5 % and angular momentum within 0.3 %."""
+    """In 10 s of free rotation, energy changes by at most 0.5 %, angular momentum by at most 0.3 %."""
     start, robot = samples.state(np.random.default_rng(16)), samples.free()
     start[7:] = [0.3, -0.2, 0.1, 0.2, 3.0, 0.1]
     backend = subject.make(start, gravity=NO_GRAVITY)
@@ -188,7 +188,7 @@ def _invariants(robot: Robot, state: Array) -> tuple[float, Array, Array]:
 
 
 def hovers_in_balance(subject: BackendSubject) -> None:
-    """Under a wrench that balances its weight, the platform stays in place for two seconds."""
+    """If an external wrench balances the weight, the platform remains at rest for two seconds."""
     start = samples.state(np.random.default_rng(17), speed=0.0)
     backend = subject.make(start)
     backend.external[:] = dynamics.required_wrench(samples.free(), start, GRAVITY)
@@ -197,7 +197,7 @@ def hovers_in_balance(subject: BackendSubject) -> None:
 
 
 def nan_shows(subject: BackendSubject) -> None:
-    """After a step with NaN or infinity in command or wrench, `state` is obviously invalid, or the plant raises."""
+    """If command or wrench is NaN or infinite, the next `state` is obviously invalid, or an error is raised."""
     for value in (math.nan, math.inf):
         for k in range(6):
             _shows(subject, NO_COMMAND, np.where(np.arange(6) == k, value, 0.0))
@@ -205,7 +205,7 @@ def nan_shows(subject: BackendSubject) -> None:
 
 
 def huge_wrench_shows(subject: BackendSubject) -> None:
-    """A huge wrench (1e30) causes a huge speed or an error: the plant neither resets nor limits the speed."""
+    """A wrench of 1e30 causes a huge speed or an error. The plant does not limit or reset the speed."""
     for part in np.eye(6):
         _shows(subject, NO_COMMAND, 1e30 * part)
 
@@ -226,7 +226,7 @@ def _shows(subject: BackendSubject, command: Array, external: Array) -> None:
 
 
 def order_is_as_declared(subject: BackendSubject) -> str:
-    """With constant commands, the error decreases with the declared power of the step."""
+    """With constant commands, the error is proportional to step^`order`."""
     order = subject.properties.get("order")
     needs(order is not None, "it declares no order")
     rng = np.random.default_rng(5)

@@ -42,7 +42,7 @@ def _motion(k: int) -> tuple[Array, Array]:
 
 
 def output_is_complete(subject: ControllerSubject) -> str:
-    """Every entry of the output is written and finite, at any state near the desired one."""
+    """The controller writes every entry of its output. All are finite for states near the desired state."""
     controller = subject.make(samples.braced())
     started = perf_counter()
     for k in range(200):
@@ -52,7 +52,7 @@ def output_is_complete(subject: ControllerSubject) -> str:
 
 
 def inputs_stay_unchanged(subject: ControllerSubject) -> None:
-    """The controller does not change the state and the desired state."""
+    """The controller does not change its inputs: the state and the desired state."""
     controller = subject.make(samples.braced())
     for k in range(20):
         state, desired = _motion(k)
@@ -63,7 +63,7 @@ def inputs_stay_unchanged(subject: ControllerSubject) -> None:
 
 
 def reset_forgets(subject: ControllerSubject) -> None:
-    """After `reset`, the controller gives the same bits as a new one."""
+    """After `reset`, the outputs are identical to those of a new object."""
     used, fresh = subject.make(samples.braced()), subject.make(samples.braced())
     for k in range(50):
         subject.compute(used, *_motion(k), time=1e-3 * k)
@@ -75,7 +75,7 @@ def reset_forgets(subject: ControllerSubject) -> None:
 
 
 def period_is_whole(subject: ControllerSubject) -> str:
-    """The period is a whole number of control steps, at least 1; `output` is a supported kind."""
+    """`period` is an integer of at least 1 (control steps). `output` is an allowed value."""
     controller = subject.make(samples.braced())
     output = controller.output or subject.properties.get("output", "wrench")
     expect(output in OUTPUTS, f"output {output!r}; known are {', '.join(OUTPUTS)}")
@@ -86,7 +86,7 @@ def period_is_whole(subject: ControllerSubject) -> str:
 
 
 def inputs_may_change(subject: ControllerSubject) -> None:
-    """If limits change and a cable breaks between two calls, the output is still complete and finite."""
+    """With `observe`: if the limits change or a cable breaks during a run, the output is still finite."""
     controller = subject.make(samples.braced())
     needs(type(controller).observe is not Controller.observe, "it does not observe limits and held cables")
     for k in range(40):
@@ -99,7 +99,7 @@ def inputs_may_change(subject: ControllerSubject) -> None:
 
 
 def platform_is_renewed(subject: ControllerSubject) -> None:
-    """After `renew` and `reset`, the controller gives the same bits as a new one for the other platform."""
+    """After `renew` and `reset`, the outputs are identical to those of a new object with the new platform."""
     robot = samples.laden(samples.braced())
     used, fresh = subject.make(samples.braced()), subject.make(robot)
     for k in range(20):
@@ -112,7 +112,7 @@ def platform_is_renewed(subject: ControllerSubject) -> None:
 
 
 def columns_are_written(subject: ControllerSubject) -> str:
-    """Every declared column contains finite numbers from the first sample on. The plugin writes only its columns."""
+    """In each sample, the declared columns contain finite numbers. The plugin writes nothing else."""
     robot = samples.braced()
     controller = subject.make(robot)
 
@@ -123,7 +123,7 @@ def columns_are_written(subject: ControllerSubject) -> str:
 
 
 def options_change(subject: ControllerSubject) -> str:
-    """After a change of options, the bits are those of a new controller; a change back restores the old bits."""
+    """After `change`, outputs are identical to those of a new object. A change back restores the old outputs."""
     return expect_changes(
         subject.changeable,
         subject.options,
@@ -133,7 +133,7 @@ def options_change(subject: ControllerSubject) -> str:
 
 
 def snapshot_restores(subject: ControllerSubject) -> None:
-    """Each restore of a snapshot gives the same bits again. A controller without snapshots raises an error."""
+    """After each `restore`, the outputs repeat. A controller without snapshots raises an error instead."""
     controller = subject.make(samples.braced())
     for k in range(30):
         subject.compute(controller, *_motion(k), time=1e-3 * k)
@@ -150,7 +150,7 @@ def snapshot_restores(subject: ControllerSubject) -> None:
 
 
 def on_target_it_carries_the_weight(subject: ControllerSubject) -> None:
-    """At rest at a constant target, the wrench balances the weight, also with a centre of mass off the origin."""
+    """At rest at the target, the wrench balances the weight, for any position of the centre of mass."""
     needs(not subject.commands, "it puts out commands, no wrench")
     for seed, gravity in ((1, GRAVITY), (2, np.array([1.0, -2.0, -5.0])), (3, NO_GRAVITY)):
         state = _rest(seed)
@@ -160,7 +160,7 @@ def on_target_it_carries_the_weight(subject: ControllerSubject) -> None:
 
 
 def it_pulls_towards_the_target(subject: ControllerSubject) -> None:
-    """If the target moves along an axis, the force along it increases; if it rotates about an axis, the moment."""
+    """If the target moves along an axis or rotates about it, this force or moment increases."""
     robot, state = samples.braced(), _rest(4)
     W = kinematics.wrench_matrix(robot, state)
     balance = _wrench(subject, W, subject.compute(subject.make(robot), state, _target(state)))
@@ -178,7 +178,7 @@ def _wrench(subject: ControllerSubject, W: Array, out: Array) -> Array:
 
 
 def directions_are_equal(subject: ControllerSubject) -> None:
-    """With equal gains, a rotation of robot, motion and gravity rotates the wrench and keeps the commands."""
+    """If robot, motion and gravity are rotated, the wrench rotates, too. Skipped for `isotropic: false`."""
     needs(subject.properties.get("isotropic", True), "it declares isotropic: false")
     robot = samples.braced()
     q = samples.attitude(np.random.default_rng(5))
@@ -206,7 +206,7 @@ def _turned_robot(robot: Robot, R: Array) -> Robot:
 
 
 def nan_shows(subject: ControllerSubject) -> None:
-    """A state that is not finite never gives a plausible output."""
+    """If the state contains NaN, the output contains a non-finite value, or the controller raises an error."""
     for k in range(13):
         state, desired = _motion(6)
         state[k] = np.nan
@@ -218,7 +218,7 @@ def nan_shows(subject: ControllerSubject) -> None:
 
 
 def it_settles(subject: ControllerSubject) -> str:
-    """A platform 3 cm and 0.03 rad from its target at least halves this distance in three seconds."""
+    """A platform at 3 cm and 0.03 rad from its target moves at least halfway to it in three seconds."""
     robot, step = samples.braced(), 5e-3
     controller = subject.make(robot, step=step)
     target = _target(_rest(7))

@@ -44,7 +44,7 @@ def _answered(subject: SolverSubject) -> Iterator[tuple[Problem, Array]]:
 
 
 def answers_balance(subject: SolverSubject) -> str:
-    """With OK, W t equals the wrench: to 1e-9 relative if the solver declares `exact`, otherwise to 1e-6."""
+    """If the status is OK, W t equals the wrench. Relative tolerance: 1e-9 with `exact`, otherwise 1e-6."""
     count = 0
     started = perf_counter()
     for problem, tension in _answered(subject):
@@ -56,7 +56,7 @@ def answers_balance(subject: SolverSubject) -> str:
 
 
 def answers_are_within_the_limits(subject: SolverSubject) -> None:
-    """With OK, tensions are within the limits, up to 1e-6 N or less, unless `respects_bounds` is false."""
+    """If the status is OK, tensions are within the limits, to 1e-6 N. Skipped for `respects_bounds: false`."""
     needs(subject.respects_bounds, "it declares respects_bounds: false")
     for problem, tension in _answered(subject):
         over = float(np.maximum(problem.t_min - tension, tension - problem.t_max).max())
@@ -79,7 +79,7 @@ def what_can_be_solved_is_solved(subject: SolverSubject) -> None:
 
 
 def infeasible_is_never_ok(subject: SolverSubject) -> None:
-    """The status is not OK if no tensions within the limits balance the wrench."""
+    """If no tensions within the limits balance the wrench, the status is not OK."""
     needs(subject.respects_bounds, "it declares respects_bounds: false")
     for group in subject.limited(samples.infeasible()):
         solver = subject.make(group[0].robot)
@@ -88,7 +88,7 @@ def infeasible_is_never_ok(subject: SolverSubject) -> None:
 
 
 def unreachable_is_never_ok(subject: SolverSubject) -> None:
-    """The status is not OK if no tensions at all balance the wrench (too few cables, or a singular W)."""
+    """If no tensions at all balance the wrench (too few cables, or a singular W), the status is not OK."""
     rng = np.random.default_rng(50)
     robot = samples.sparse()
     solver = subject.make(robot)
@@ -105,7 +105,7 @@ def unreachable_is_never_ok(subject: SolverSubject) -> None:
 
 
 def limits_are_the_arguments(subject: SolverSubject) -> None:
-    """A solver uses the limits of the call; if limits and wrench are scaled together, tensions scale with them."""
+    """The solver uses the limits of the call. Limits and wrench times 1000 give tensions times 1000."""
     for group in samples.feasible():
         solver = subject.make(group[0].robot)
         for problem in group[:50]:
@@ -119,7 +119,7 @@ def limits_are_the_arguments(subject: SolverSubject) -> None:
 
 
 def cables_may_come_in_any_order(subject: SolverSubject) -> None:
-    """The order of the cables does not change their tensions, unless the solver declares `continuity: jump`."""
+    """Each cable has the same tension in any order of the cables. Skipped for `continuity: jump`."""
     needs(subject.properties.get("continuity") != "jump", "it declares continuity: jump")
     for k, group in enumerate(samples.feasible()):
         order = np.random.default_rng(60 + k).permutation(group[0].robot.m)
@@ -140,7 +140,7 @@ def _reordered(problem: Problem, robot: Robot, order: NDArray[np.int64]) -> Prob
 
 
 def answers_are_continuous(subject: SolverSubject) -> None:
-    """Tensions do not jump along a smooth path of pose and wrench, unless the solver declares `continuity: jump`."""
+    """With `continuity` C0, C1 or Cinf, tensions do not jump if pose and wrench change smoothly."""
     declared = subject.properties.get("continuity")
     needs(declared not in (None, "jump"), "it declares no continuity")
     for robot, paths in zip(samples.solver_robots(), samples.paths(), strict=True):
@@ -162,7 +162,7 @@ def _expect_no_jump(subject: SolverSubject, solver: TensionSolver, path: Path) -
 
 
 def misleading_problems_are_answered_truly(subject: SolverSubject) -> str:
-    """OK and INFEASIBLE are correct for parallel columns, tensions at limits, thin feasible sets and singular W."""
+    """OK and INFEASIBLE are correct in difficult cases, such as thin sets of tensions and a singular W."""
     full, most = subject.properties.get("coverage") == "full", subject.properties.get("max_redundancy", "any")
     needs(
         (subject.declares("exact") or full) and subject.respects_bounds,
@@ -194,7 +194,7 @@ def misleading_problems_are_answered_truly(subject: SolverSubject) -> str:
 
 
 def objective_is_reached(subject: SolverSubject) -> str:
-    """Tensions are nearest to zero (`min_norm`) or to the middle of the limits (`mid_range`), or have the least `cost`.
+    """The answer minimises the declared `objective` (`min_norm` or `mid_range`), or the declared `cost`.
 
     A plugin that minimises something else declares its `cost`, as below.
 

@@ -30,7 +30,7 @@ ARRAYS = ("W", "wrench", "t_min", "t_max")
 
 
 def inputs_stay_unchanged(subject: SolverSubject) -> None:
-    """The solver does not change the matrix, the wrench and the limits."""
+    """The solver does not change its inputs: the matrix, the wrench and the limits."""
     for group in (*samples.feasible(), *samples.infeasible()):
         solver = subject.make(group[0].robot)
         for problem in group[:20]:
@@ -41,7 +41,7 @@ def inputs_stay_unchanged(subject: SolverSubject) -> None:
 
 
 def answers_are_not_shared(subject: SolverSubject) -> None:
-    """The solver writes an answer into the array of the call, and does not change it later."""
+    """The solver writes the tensions into the array of the call. Later calls do not change this array."""
     group = samples.feasible()[2]
     solver = subject.make(group[0].robot)
     answers = [solve(solver, problem)[1] for problem in group[:20]]
@@ -53,7 +53,7 @@ def answers_are_not_shared(subject: SolverSubject) -> None:
 
 
 def instances_agree(subject: SolverSubject) -> None:
-    """Two objects of the solver give the same bits for the same problems: no random numbers, no shared data."""
+    """Two objects of the solver give identical answers: they use no random numbers and share no data."""
     for group in samples.feasible():
         first, second = subject.make(group[0].robot), subject.make(group[0].robot)
         for problem in group[:50]:
@@ -61,7 +61,7 @@ def instances_agree(subject: SolverSubject) -> None:
 
 
 def answers_do_not_depend_on_the_past(subject: SolverSubject) -> None:
-    """Earlier problems do not change any bit of an answer. With `warm_start`, small changes are allowed."""
+    """Earlier problems have no effect on an answer. With `warm_start`, a small effect is allowed."""
     for group, other in zip(samples.feasible(), samples.infeasible(), strict=True):
         used = subject.make(group[0].robot)
         for problem, hard in zip(group[:40], other[:40], strict=True):
@@ -77,7 +77,7 @@ def answers_do_not_depend_on_the_past(subject: SolverSubject) -> None:
 
 
 def reset_forgets(subject: SolverSubject) -> None:
-    """After `reset`, the solver gives the same bits as a new one."""
+    """After `reset`, the answers are identical to those of a new object."""
     for group in samples.feasible():
         fresh, used = subject.make(group[0].robot), subject.make(group[0].robot)
         for problem in group[50:60]:
@@ -88,7 +88,7 @@ def reset_forgets(subject: SolverSubject) -> None:
 
 
 def the_platform_does_not_matter(subject: SolverSubject) -> None:
-    """With `platform_independent`, mass, centre of mass and inertia of the platform do not change an answer."""
+    """With `platform_independent`, the mass and inertia of the platform have no effect on an answer."""
     needs(subject.declares("platform_independent"), "it is made anew for another platform")
     for group in samples.feasible():
         robot = group[0].robot
@@ -100,7 +100,7 @@ def the_platform_does_not_matter(subject: SolverSubject) -> None:
 
 
 def columns_are_written(subject: SolverSubject) -> str:
-    """Every declared column contains finite numbers from the first sample on. The plugin writes only its columns."""
+    """In each sample, the declared columns contain finite numbers. The plugin writes nothing else."""
     group = samples.feasible()[0]
     solver = subject.make(group[0].robot)
     return expect_written(
@@ -109,7 +109,7 @@ def columns_are_written(subject: SolverSubject) -> str:
 
 
 def options_change(subject: SolverSubject) -> str:
-    """After a change of options, the bits are those of a new solver; a change back restores the old bits."""
+    """After `change`, answers are identical to those of a new object. A change back restores the old answers."""
     group = samples.feasible()[0]
     return expect_changes(
         subject.changeable,
@@ -120,7 +120,7 @@ def options_change(subject: SolverSubject) -> str:
 
 
 def bad_input_raises_nothing(subject: SolverSubject) -> None:
-    """For NaN, infinity and contradictory limits, the solver returns a status and raises no exception."""
+    """For NaN, infinity and contradictory limits, the solver returns a status. It raises no exception."""
     for group in samples.feasible():
         solver = subject.make(group[0].robot)
         for problem in group[:3]:
@@ -132,7 +132,7 @@ def bad_input_raises_nothing(subject: SolverSubject) -> None:
 
 
 def views_are_answered_alike(subject: SolverSubject) -> None:
-    """The solver gives the same answer if its inputs are read-only parts of other arrays (C-contiguous float64)."""
+    """The inputs may be read-only parts of longer arrays (C-contiguous float64), with the same answer."""
     for problem in samples.feasible()[2][:10]:
         view = replace(problem, **{name: _view(getattr(problem, name)) for name in ARRAYS})  # type: ignore[arg-type]
         wanted, found = solve(subject.make(problem.robot), problem), solve(subject.make(problem.robot), view)
@@ -149,7 +149,7 @@ def _view(array: Array) -> Array:
 
 
 def memory_never_decides(subject: SolverSubject) -> None:
-    """The content of the solver's memory before a call has no effect: NaN, 1e30 and 0 give the same bits."""
+    """Old values in the solver's own arrays have no effect. The check writes NaN, 1e30 and 0 into them."""
     hard = [problems for _, problems in samples.misleading(40, seed=300)[2:6]]
     groups = [*(group[:20] for group in (*samples.feasible(), *samples.infeasible())), *hard]
     if subject.declares("slow"):
@@ -178,7 +178,7 @@ def memory_never_decides(subject: SolverSubject) -> None:
 
 
 def eight_are_answered_as_one(subject: SolverSubject) -> str:
-    """If the solver has a kernel for eight problems at once, it gives the same bits as the kernel for one problem.
+    """A kernel for eight problems at once gives the same answers as the kernel for one problem.
 
     The result must not depend on the other problems or on the contents of the memory.
     """
@@ -249,7 +249,7 @@ def _spoilt(problem: Problem) -> list[Problem]:
 
 
 def degenerate_problems_are_answered(subject: SolverSubject) -> None:
-    """Answers are correct for a zero wrench, a locked or cut cable, equal cables, too few cables, and a singular W."""
+    """If OK, answers are correct for a zero wrench, locked, cut or equal cables, few cables, a singular W."""
     for group in samples.feasible():
         solver = subject.make(group[0].robot)
         for problem in group[:10]:
@@ -299,7 +299,7 @@ BLOCKS, BYTES = 0.5, 200.0
 
 
 def nothing_leaks(subject: SolverSubject) -> str:
-    """Memory and Python objects do not grow during two thousand answers (a hundred of a slow solver)."""
+    """Memory does not grow during 2000 calls (125 calls if the solver declares `slow`)."""
     needs(os.path.isdir("/proc/self"), "only Linux reports the resources of a process")
     group = samples.feasible()[2]
     solver = subject.make(group[0].robot)
