@@ -22,13 +22,13 @@ struct CellTable {
     static constexpr char fields[] = "strides(3), both value(cells), both limit(cells), both side(cells), edge, cells";
 };
 
-struct Corners {
+struct BoxCorners {
     int64_t cell[8];
     double value[8];
     int64_t size[3];
     bool finite;
 
-    Corners(const CellTable& table, const int64_t* box) {
+    BoxCorners(const CellTable& table, const int64_t* box) {
         for (int64_t i = 0; i < 3; i++) size[i] = box[2 * i + 1] - box[2 * i];
         for (int64_t k = 0; k < 8; k++) {
             const int64_t at[3] = {box[k >> 2], box[2 + (k >> 1 & 1)], box[4 + (k & 1)]};
@@ -71,7 +71,7 @@ struct Corners {
     template <class Use> CDPR_INLINE void points(const CellTable& table, const int64_t* box, const Use& use) const;
 };
 
-inline bool Corners::determine(const CellTable& table, double near, double need) const {
+inline bool BoxCorners::determine(const CellTable& table, double near, double need) const {
     double least = INFINITE, low = INFINITE, high = -INFINITE;
     int64_t missing = 0;
     for (int64_t k = 0; k < 8; k++) {
@@ -91,7 +91,7 @@ inline bool Corners::determine(const CellTable& table, double near, double need)
 }
 
 template <class Use>
-CDPR_INLINE void Corners::points(const CellTable& table, const int64_t* box, const Use& use) const {
+CDPR_INLINE void BoxCorners::points(const CellTable& table, const int64_t* box, const Use& use) const {
     const int64_t* strides = table.strides;
     for (int64_t i = 0; i < 3; i++) {
         for (int64_t j = 0; j < 3; j++) {
@@ -121,7 +121,7 @@ inline int settle_boxes(SettleBoxes& call) {
     const CellTable& table = call.table;
     for (int64_t n = 0; n < call.n; n++) {
         const int64_t* box = call.boxes + 6 * n;
-        const Corners corners(table, box);
+        const BoxCorners corners(table, box);
         call.settled[n] = corners.determine(table, call.near, call.need[n]);
         if (call.settled[n] == 0) continue;
         const int64_t side = table.side[corners.cell[0]];
@@ -162,7 +162,7 @@ inline int box_points(BoxPoints& call) {
     call.count[0] = 0;
     for (int64_t n = 0; n < call.n; n++) {
         const int64_t* box = call.boxes + 6 * n;
-        const Corners corners(call.table, box);
+        const BoxCorners corners(call.table, box);
         corners.points(call.table, box, [&](int64_t point, int64_t cell, const double* share) {
             const double value = call.values[27 * n + point] = corners.at(share);
             if (!(absolute(value - call.table.edge) > call.need[n])) call.doubtful[call.count[0]++] = cell;
@@ -185,7 +185,7 @@ struct DivideBoxes {
 };
 
 // Append the parts of a box that have cells other than corners.
-inline void append_parts(DivideBoxes& call, const int64_t* box, const Corners& corners, double error) {
+inline void append_parts(DivideBoxes& call, const int64_t* box, const BoxCorners& corners, double error) {
     for (int64_t k = 0; k < 8; k++) {
         const int64_t upper[3] = {k >> 2, k >> 1 & 1, k & 1};
         int64_t* part = call.parts + 6 * call.count[0];
@@ -209,7 +209,7 @@ inline int divide_boxes(DivideBoxes& call) {
     call.count[0] = 0;
     for (int64_t n = 0; n < call.n; n++) {
         const int64_t* box = call.boxes + 6 * n;
-        const Corners corners(table, box);
+        const BoxCorners corners(table, box);
         double error = 0.0;
         corners.points(table, box, [&](int64_t point, int64_t cell, const double* share) {
             const double value = call.values[27 * n + point];

@@ -169,26 +169,26 @@ Status instance_exit_initialisation(Instance* instance) {
 }
 
 // WARNING with a message in the first step with commands that require cables to push.
-static Status tell_pushed(Instance* instance) {
+static Status warn_of_pushing(Instance* instance) {
     const Model& model = instance->model;
     const size_t i = fmu::pushed(model);
     const bool pushed = i < model.cables, before = instance->pushed;
     instance->pushed = pushed;
     if (!pushed || before) return OK;
     return report(instance, WARNING,
-                  "%s[%zu] is %g N at %.9g s: a cable cannot push, so 0 N acts; this is not said again "
-                  "until no tension is negative",
+                  "%s[%zu] is %g N at %.9g s: a cable cannot push, so 0 N acts; no further warning until all "
+                  "tensions are at least 0",
                   name_of(model.has_winches() ? COMMAND : CABLE_TENSION), i + 1, model.asked()[i], *model.field[TIME]);
 }
 
 // WARNING with a message in the first step in which the cables do not exert the controller's wrench.
-static Status tell_unanswered(Instance* instance) {
+static Status warn_of_other_wrench(Instance* instance) {
     const bool now = !answered(instance->model), before = instance->pushed;
     instance->pushed = now;
     if (!now || before) return OK;
     return report(instance, WARNING,
-                  "no tensions within the limits were found for the wrench before %.9g s, so others act; "
-                  "this is not said again until some are found",
+                  "found no tensions within the limits for the controller's wrench before %.9g s; the cables exert "
+                  "another wrench; no further warning until tensions are found",
                   *instance->model.field[TIME]);
 }
 
@@ -215,7 +215,7 @@ Status instance_step(Instance* instance, double from, double duration) {
 #endif
     if ((instance->stale & RETUNED) && refresh(instance) != OK) return ERROR;
     const bool decides = instance->model.decides();
-    const Status told = decides ? OK : tell_pushed(instance);
+    const Status told = decides ? OK : warn_of_pushing(instance);
     char message[MESSAGE];
     if (!decides) {
         if (!move(instance->model, *time, duration, message)) return report(instance, ERROR, "%s", message);
@@ -229,7 +229,7 @@ Status instance_step(Instance* instance, double from, double duration) {
                       "the state is not finite at %.17g s: an input is not, or a cable has no length, "
                       "or the loop diverges",
                       *time);
-    return decides ? tell_unanswered(instance) : told;
+    return decides ? warn_of_other_wrench(instance) : told;
 }
 
 Status instance_reset(Instance* instance) {
