@@ -30,10 +30,10 @@ LINE = 116  # letters of a command, and " \\"
 
 # Nine cables pull a box of 20 kg through their frame: solvers.
 SOLVERS = {
-    "pseudo_inverse": "ignores limits; the clipped tensions do not hold the platform",
-    "qp": "smallest tensions, partly at the lower limit",
-    "analytic_centre": "away from all limits, smooth",
-    "maximin": "as far from the limits as possible, with jumps",
+    "pseudo_inverse": "smallest tensions (2-norm) without limits, then clipped to the limits",
+    "qp": "smallest tensions (2-norm) within the limits",
+    "analytic_centre": "tensions away from all limits",
+    "maximin": "tensions as far as possible from the nearest limit",
 }
 NINE = {
     "robot": "robots/nine.yaml",
@@ -294,8 +294,8 @@ def solver_table() -> str:
         ]
         for name, row in results()["solvers"].items()
     ]
-    titles = ["solver", "what it does", "tensions (N)", "largest change in 1 ms (N)", "error (mm)"]
-    titles += ["samples without valid tensions"]
+    titles = ["solver", "selected tensions", "tensions (N)", "largest change in 1 ms (N)"]
+    titles += ["largest position error (mm)", "samples without valid tensions"]
     return table(titles, rows)
 
 
@@ -310,28 +310,28 @@ def gain_table() -> str:
         ]
         for kp, row in results()["gains"].items()
     ]
-    return table(["kp (1/s²)", "kd (1/s)", "within 1 mm after (s)", "largest tension (N)"], rows)
+    return table(["kp (1/s²)", "kd (1/s)", "time until the error stays below 1 mm (s)", "largest tension (N)"], rows)
 
 
 def rate_table() -> str:
     """The error after 3 s over the gain."""
     found = results()["rates"]
     rows = [[str(gain), *(number(found[name][str(gain)]) for name in found)] for gain in SHOWN]
-    return table(["gain Kp = Kd", *(f"error at {name} (mm)" for name in found)], rows)
+    return table(["gain Kp = Kd", *(f"error after 3 s, at {name} (mm)" for name in found)], rows)
 
 
 def step_table() -> str:
     """The error over the physics step."""
     found = results()["steps"]
     rows = [[f"{1e3 * step:g}", *(number(found[name][f"{1e3 * step:g}"]) for name in found)] for step in STEPS]
-    return table(["physics step (ms)", *(f"`{name}` (mm)" for name in found)], rows)
+    return table(["physics step (ms)", *(f"error of `{name}` (mm)" for name in found)], rows)
 
 
 def engine_table() -> str:
     """The largest distance between each two engines."""
     found = results()["engines"]
     rows = [[f"`{a}`", *(number(found[a][b]) if a != b else "" for b in found)] for a in found]
-    return table(["mm", *(f"`{name}`" for name in found)], rows)
+    return table(["distance (mm)", *(f"`{name}`" for name in found)], rows)
 
 
 def command(verb: str, scenario: str, changes: Mapping[str, Any], **options: str) -> str:

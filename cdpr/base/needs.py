@@ -138,9 +138,10 @@ def of_event(*, backend: Mapping[str, str | bool] | None = None, **others: Suppo
 
 def of_winch() -> Needs:
     """Return the needs of a winch, or of a cable that is not ideal."""
-    with_winch = depends("FMUs contain winches only with --with-winch; a message reports that")
-    ideal_only = depends("MJCF rejects winches and elastic cables; SDF and URDF omit and report them")
-    return Needs(plant_fmu=with_winch, controller_fmu=with_winch, mjcf=ideal_only, sdf=ideal_only, urdf=ideal_only)
+    with_winch = depends("winches and elasticity are left out without --with-winch")
+    ideal_only = depends("winches and elastic cables are an error")
+    as_ideal = depends("winches and elasticity are left out")
+    return Needs(plant_fmu=with_winch, controller_fmu=with_winch, mjcf=ideal_only, sdf=as_ideal, urdf=as_ideal)
 
 
 def of_moving_anchors() -> Needs:

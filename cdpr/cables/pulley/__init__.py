@@ -30,7 +30,9 @@ from cdpr.base.fields import NonNegative, Vector3, unit
 from cdpr.base.needs import Needs, depends
 from cdpr.cables.exit import Exit
 
-AS_POINT = depends("MJCF and SDF legs require --pulleys-as-points; other models omit and report pulleys")
+AS_POINT = depends("pulleys are an error without --pulleys-as-points")
+AS_POINT_OR_LEFT_OUT = depends("pulleys are an error in the style legs without --pulleys-as-points, otherwise left out")
+ALWAYS_LEFT_OUT = depends("pulleys are left out")
 OUTLINE = 32  # corners of the drawn circle
 
 UP: Vector3 = (0.0, 0.0, 1.0)
@@ -39,7 +41,9 @@ UP: Vector3 = (0.0, 0.0, 1.0)
 class Pulley(Exit):
     """Swivelling pulley."""
 
-    needs: ClassVar[Needs] = Needs(backend={"exits": "pulley"}, mjcf=AS_POINT, sdf=AS_POINT, urdf=AS_POINT)
+    needs: ClassVar[Needs] = Needs(
+        backend={"exits": "pulley"}, mjcf=AS_POINT, sdf=AS_POINT_OR_LEFT_OUT, urdf=ALWAYS_LEFT_OUT
+    )
     header: ClassVar[str] = "cdpr/cables/pulley/pulley.hpp"
     type: Literal["pulley"] = Field("pulley", description="swivels about the line on which its cable arrives")
     radius: NonNegative = Field(
