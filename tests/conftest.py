@@ -32,9 +32,24 @@ signal.signal(signal.SIGINT, signal.default_int_handler)
 signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
+def pytest_configure(config: pytest.Config) -> None:
+    """Let each worker import other tests first if it imports all: the others then find these files compiled."""
+    worker = os.environ.get("PYTEST_XDIST_WORKER")
+    if worker is not None and config.args == config.getini("testpaths"):
+        of_files = [TESTS / file.relative_to(TESTS).parts[0] for file in sorted(TESTS.rglob("test_*.py"))]
+        folders = [str(folder) for folder in dict.fromkeys(of_files)]
+        begin = len(of_files) * int(worker.removeprefix("gw")) // int(os.environ["PYTEST_XDIST_WORKER_COUNT"])
+        first = folders.index(str(of_files[begin]))
+        config.args = [*folders[first:], *folders[:first]]
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark the cases of a test marked `usual` slow that no pattern names, if one is named; reject slow `core` tests."""
+    """Mark the cases of a test marked `usual` slow that no pattern names, if one is named; reject slow `core` tests.
+
+    The order is that of the files, in each worker.
+    """
+    items.sort(key=lambda item: item.path.parts)
     tests: dict[tuple[Path, str], list[pytest.Function]] = {}
     for item in items:
         if isinstance(item, pytest.Function) and item.get_closest_marker("usual"):
@@ -69,9 +84,10 @@ def pytest_collection_finish() -> None:
 sys.dont_write_bytecode = False
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 
-ROOT = Path(__file__).parent.parent
-TRAPS = ROOT / "tests" / "plugins" / "traps" / "installed"
-FAULTY = ROOT / "tests" / "plugins" / "faulty"
+TESTS = Path(__file__).parent
+ROOT = TESTS.parent
+TRAPS = TESTS / "plugins" / "traps" / "installed"
+FAULTY = TESTS / "plugins" / "faulty"
 GRAVITY = np.array([0.0, 0.0, -9.81])
 
 

@@ -26,11 +26,17 @@ def wrench_matrix(robot: Robot, position: Array, attitude: Array) -> Array:
 
     Moments are divided by the characteristic length.
     """
+    return np.asarray(wrench_matrices(robot, position[None], attitude)[0])
+
+
+def wrench_matrices(robot: Robot, positions: Array, attitude: Array) -> Array:
+    """Return `wrench_matrix` (K, n, m) at positions (K, 3), m, with one attitude."""
     arms = robot.anchors[:, 3:] @ rotations.matrix(attitude).T
-    chords = robot.anchors[:, :3] - position - arms
-    units = chords / np.linalg.norm(chords, axis=1)[:, None]
+    chords = robot.anchors[:, :3] - positions[:, None] - arms
+    units = chords / np.linalg.norm(chords, axis=2)[:, :, None]
     moments = np.cross(arms, units) / robot.characteristic_length
-    return np.asarray(np.hstack([units, moments]).T[[DOF_NAMES.index(name) for name in robot.dof]])
+    rows = np.concatenate([units, moments], axis=2).transpose(0, 2, 1)
+    return np.asarray(rows[:, [DOF_NAMES.index(name) for name in robot.dof]])
 
 
 def weight(robot: Robot, attitude: Array, gravity: Array) -> Array:
@@ -58,7 +64,7 @@ def held(robot: Robot, positions: Array, attitude: Array, gravity: Array) -> NDA
     A position whose correction d of the tensions separates the limits from all tensions that balance the weight
     (d.t of those is larger than that of any tensions within the limits) is left out of further projections.
     """
-    matrices = np.array([wrench_matrix(robot, position, attitude) for position in positions])
+    matrices = wrench_matrices(robot, positions, attitude)
     wanted = weight(robot, attitude, gravity)[:, None]
     sizes = np.linalg.svd(matrices, compute_uv=False)
     sound = (sizes[:, -1] > REGULAR * sizes[:, 0]) & (robot.m >= robot.n)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -12,6 +13,7 @@ from cdpr.log.layout import Layout
 from cdpr.log.run import Run
 from cdpr.model.robot import Array
 
+STEP = 0.001  # s
 MASS = 60.0
 SIZE = (1.2, 0.6, 0.4)
 SCENARIO = "# a <scenario> & more\nrobot: robots/caroca.yaml\nsimulation:\n  duration: 4.0  # s\n"
@@ -50,15 +52,14 @@ def make_run(
     noise: float = 0.02,
 ) -> Run:
     """Return a run of 1 kHz: a quintic move for three quarters of the time, errors near 0.2 mm, then rest."""
-    step = 0.001
     header = Header(
         scenario="caroca",
         robot="caroca",
         backend="reference",
         controller="computed_torque",
         solver="qp",
-        control_step=step,
-        physics_step=step,
+        control_step=STEP,
+        physics_step=STEP,
         seed=0,
         gravity=(0.0, 0.0, -9.81),
         mass=MASS,
@@ -71,16 +72,15 @@ def make_run(
         versions={"cdpr": "0.1.0", "python": "3.11.7", "numpy": "2.4.6"},
         scenario_yaml=SCENARIO,
     )
-    table = np.zeros((rows, Layout(m).width))
-    run = Run(header, table, message="reached 4 s", timings={"loop_s": 1.6}, unused=("controller.kd",))
-    _fill(run, table, noise)
-    return run
+    table = _table(rows, m, limits, noise)
+    return Run(header, table, message="reached 4 s", timings={"loop_s": 1.6}, unused=("controller.kd",))
 
 
-def _fill(run: Run, table: Array, noise: float) -> None:
-    columns = run.header.layout.columns
-    rows, m = len(table), len(run.header.cables)
-    t = np.arange(rows) * run.header.control_step
+@lru_cache(maxsize=4)
+def _table(rows: int, m: int, limits: tuple[float, float], noise: float) -> Array:
+    layout = Layout(m)
+    columns, table = layout.columns, np.zeros((rows, layout.width))
+    t = np.arange(rows) * STEP
     T = max(0.75 * t[-1], 1e-3)
     s = np.clip(t / T, 0.0, 1.0)[:, None]
     rise, slope, bend = (
@@ -109,7 +109,7 @@ def _fill(run: Run, table: Array, noise: float) -> None:
     put("desired_orientation", _attitudes(turn, rise[:, 0]))
     put("orientation", _attitudes(turn, rise[:, 0] + lag[:, 0]))
 
-    A, B = (np.array(run.header.anchors)[:, part] for part in (slice(0, 3), slice(3, 6)))
+    A, B = (anchors_of(m)[:, part] for part in (slice(0, 3), slice(3, 6)))
     vectors = A - position[:, None, :] - B
     length = np.linalg.norm(vectors, axis=2)
     u = vectors / length[:, :, None]
@@ -119,19 +119,21 @@ def _fill(run: Run, table: Array, noise: float) -> None:
     wanted = np.full((rows, m), 330.0)
     tension = wanted + np.einsum("kij,kj->ki", np.linalg.pinv(W), wrench - np.einsum("kij,kj->ki", W, wanted))
     tension += 4 * noise * random.standard_normal((rows, m)) + 2 * np.sin(2 * np.pi * 3 * t)[:, None]
-    tension = np.clip(tension, run.header.tension_min, run.header.tension_max)
+    tension = np.clip(tension, *limits)
     put("wrench", wrench)
     put("tension", tension)
     put("length", length)
     put("rate", -np.einsum("kij,kj->ki", u, slope * way))
     put("residual", 1e-12 * (1 + random.random(rows)))
-    margin = np.minimum(tension - run.header.tension_min, run.header.tension_max - tension).min(axis=1)
+    margin = np.minimum(tension - limits[0], limits[1] - tension).min(axis=1)
     put("margin", margin)
     put("at_limit", (margin <= 0.0).astype(float))
     kinetic, potential = 0.5 * MASS * np.sum((slope * way) ** 2, axis=1), MASS * 9.81 * position[:, 2]
     put("kinetic", kinetic)
     put("potential", potential)
     put("cable_work", kinetic + potential - potential[0])
+    table.flags.writeable = False
+    return table
 
 
 def _attitudes(turn: Array, parts: Array) -> Array:
