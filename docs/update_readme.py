@@ -23,15 +23,14 @@ ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"
 
 
-def plugin_table() -> str:
-    """Our own plugins, as the registry knows them."""
-    lines = ["| role | name | description | options |", "|---|---|---|---|"]
-    for role in ROLES:
-        for name, entry in sorted(registry().plugins[role].items()):
-            if entry.distribution == OWN_DISTRIBUTION:
-                options = ", ".join(f"`{key}`" for key in entry.info.options.model_fields) or "none"
-                lines.append(f"| {role} | `{name}` | {entry.info.summary} | {options} |")
-    return "\n".join(lines)
+def plugin_table(role: str) -> str:
+    """Return the table of our own plugins with this role, as the registry knows them."""
+    rows = [
+        (f"`{name}`", entry.info.summary, ", ".join(f"`{key}`" for key in entry.info.options.model_fields))
+        for name, entry in sorted(registry().plugins[role].items())
+        if entry.distribution == OWN_DISTRIBUTION
+    ]
+    return table(("name", "description", "options"), rows)
 
 
 def check_table(checks: Sequence[Check[Any]]) -> str:
@@ -93,7 +92,7 @@ def solver_table() -> str:
 
 PAGES = {
     "../README.md": {"step": step_cost},
-    "plugin_list.md": {"plugins": plugin_table},
+    "plugin_list.md": {f"{role}s": partial(plugin_table, role) for role in ROLES},
     "plugin_checks.md": {
         "checks of solvers": partial(check_table, SOLVER),
         "checks of controllers": partial(check_table, CONTROLLER),
