@@ -244,8 +244,7 @@ def library_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="highs",
             factory="cdpr_solvers.highs:Highs",
-            summary="minimum sum of the tensions, within the limits (thesis 6.24), by the library HiGHS; "
-            "exact; tensions can jump",
+            summary="minimum sum of the tensions, within the limits, by the library HiGHS; exact; tensions can jump",
             requires=("highspy",),
             extra="cdpr[solvers]",
             properties={
@@ -295,7 +294,7 @@ def classical_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="improved_closed_form",
             factory="cdpr_solvers.improved_closed_form:ImprovedClosedForm",
-            summary="closed_form; sets cables beyond a limit to this limit (thesis 6.30-6.32); fails for few "
+            summary="closed_form; fixes tensions at violated limits (thesis 6.30-6.32); fails for few "
             "feasible wrenches",
             properties={
                 "formula": "t_m + W^+ (w - W t_m); the worst cable to its limit, the others again, m - n times at most",
