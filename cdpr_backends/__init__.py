@@ -191,7 +191,7 @@ def cdpr_backends() -> list[PluginInfo]:
         PluginInfo(
             name="reference",
             factory="cdpr_backends.reference:make",
-            summary="cdpr's own Runge-Kutta integrator of fourth order; other engines are compared with it",
+            summary="cdpr's own integrator, Runge-Kutta of fourth order; `cdpr compare` compares other engines with it",
             properties={
                 "order": 4,
                 "snapshot": True,
@@ -207,7 +207,7 @@ def cdpr_backends() -> list[PluginInfo]:
         PluginInfo(
             name="mujoco",
             factory="cdpr_backends.mujoco:make",
-            summary="MuJoCo, semi-implicit Euler (rk4 only with `cables: native`)",
+            summary="MuJoCo, semi-implicit Euler; `cables: native` also supports Runge-Kutta of fourth order",
             requires=("mujoco",),
             extra="cdpr[mujoco]",
             properties={
@@ -258,7 +258,7 @@ def cdpr_backends() -> list[PluginInfo]:
         PluginInfo(
             name=FMU,
             factory="cdpr_backends.fmu:FmuBackend",
-            summary="plant as an FMU (FMI 2.0 or 3.0, co-simulation); if no file is given, cdpr exports the robot",
+            summary="plant as an FMU (FMI 2.0 or 3.0, co-simulation); without `file`, cdpr exports the robot as an FMU",
             requires=("fmpy",),
             extra="cdpr[fmu]",
             properties={"order": 4, "snapshot": True, "load": True, "exits": ALL_EXITS, "scheme": "rk4"},
@@ -267,7 +267,7 @@ def cdpr_backends() -> list[PluginInfo]:
         PluginInfo(
             name=REMOTE,
             factory="cdpr_backends.remote:RemoteBackend",
-            summary="plant in another process: the computer of a robot, or another simulator (docs/remote.md)",
+            summary="plant in another process: the computer of a real robot, or another simulator (docs/remote.md)",
             properties={"order": 0, "exits": ALL_EXITS, "scheme": "", "deterministic": True, "live": True},
             options=RemoteOptions,
             columns=(Column("step_late", 1, "s", "delay of the last step by the wall clock; only in real time"),),

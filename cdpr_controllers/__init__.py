@@ -130,7 +130,7 @@ def cdpr_controllers() -> list[PluginInfo]:
         PluginInfo(
             name="computed_torque",
             factory="cdpr_controllers.computed_torque:ComputedTorque",
-            summary="inverse dynamics with proportional and damping terms (thesis 6.3-6.5, corrected)",
+            summary="inverse dynamics of the platform with proportional and damping terms (thesis 6.3-6.5, corrected)",
             properties={"output": "wrench", "features": ("moving_anchors",)},
             options=ComputedTorqueOptions,
             changeable=("kp", "kd"),
@@ -138,7 +138,7 @@ def cdpr_controllers() -> list[PluginInfo]:
         PluginInfo(
             name="static",
             factory="cdpr_controllers.static:Static",
-            summary="gravity compensation with proportional and damping terms, no feed-forward",
+            summary="gravity compensation with proportional and damping terms, without feed-forward",
             properties={"output": "wrench", "features": ("moving_anchors",)},
             options=StaticOptions,
             changeable=("kp", "kd"),
@@ -146,7 +146,7 @@ def cdpr_controllers() -> list[PluginInfo]:
         PluginInfo(
             name="pid",
             factory="cdpr_controllers.pid:Pid",
-            summary="proportional, integral and damping terms with gravity compensation and anti-windup",
+            summary="gravity compensation with proportional, integral and damping terms; anti-windup",
             properties={"output": "wrench", "features": ("moving_anchors",)},
             options=PidOptions,
             changeable=("kp", "ki", "kd", "integral_limit"),
@@ -154,7 +154,7 @@ def cdpr_controllers() -> list[PluginInfo]:
         PluginInfo(
             name="cable_length",
             factory="cdpr_controllers.cable_length:CableLength",
-            summary="PID control of each cable's length, added to tensions that hold the platform; estimates the pose",
+            summary="PID control of each cable length, plus tensions that hold the platform; estimates the pose",
             properties={"output": "command"},
             options=CableLengthOptions,
             changeable=("kp", "ki", "kd", "integral_limit"),
@@ -162,7 +162,7 @@ def cdpr_controllers() -> list[PluginInfo]:
         PluginInfo(
             name=FMU,
             factory="cdpr_controllers.fmu:FmuController",
-            summary="controller as an FMU (FMI 2.0 or 3.0, co-simulation) that outputs a wrench or commands",
+            summary="controller as an FMU (FMI 2.0 or 3.0, co-simulation); its output is a wrench or commands",
             requires=("fmpy",),
             extra="cdpr[fmu]",
             properties={"output": "wrench or command"},
@@ -171,7 +171,8 @@ def cdpr_controllers() -> list[PluginInfo]:
         PluginInfo(
             name=REMOTE,
             factory="cdpr_controllers.remote:RemoteController",
-            summary="controller in another process, in lock-step or free-running (docs/remote.md)",
+            summary="controller in another process; the run waits for each answer, or continues without it "
+            "(docs/remote.md)",
             properties={"output": "wrench", "deterministic": True, "live": True},
             options=RemoteOptions,
         ),

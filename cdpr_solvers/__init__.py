@@ -46,7 +46,7 @@ def null_space_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="qp",
             factory="cdpr_solvers.qp:MinimumNorm",
-            summary="minimum 2-norm within the limits, exact, by a dual active set in the null space",
+            summary="minimum 2-norm of the tensions, within the limits; exact",
             properties={
                 **EXACT,
                 "objective": "min_norm",
@@ -60,7 +60,7 @@ def null_space_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="lp",
             factory="cdpr_solvers.lp:MinimumSum",
-            summary="minimum 1-norm within the limits (thesis 6.24), exact; jumps between vertices",
+            summary="minimum sum of the tensions (1-norm), within the limits (thesis 6.24); exact; tensions can jump",
             properties={
                 **EXACT,
                 "objective": "one_norm",
@@ -74,7 +74,7 @@ def null_space_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="infinity_norm",
             factory="cdpr_solvers.infinity_norm:MinimumLargest",
-            summary="minimises the largest tension within the limits, exact; jumps",
+            summary="minimum of the largest tension (infinity norm), within the limits; exact; tensions can jump",
             properties={
                 **EXACT,
                 "objective": "infinity_norm",
@@ -87,7 +87,7 @@ def null_space_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="maximin",
             factory="cdpr_solvers.maximin:Maximin",
-            summary="tensions farthest from the limits: largest slack (optimally safe) or ball (Chebyshev); jumps",
+            summary="tensions as far as possible from all limits; `norm` selects the distance; tensions can jump",
             properties={
                 **EXACT,
                 "objective": "max_slack",
@@ -100,7 +100,7 @@ def null_space_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="analytic_centre",
             factory="cdpr_solvers.analytic_centre:AnalyticCentre",
-            summary="analytic centre of the admissible tensions: smooth, away from all limits",
+            summary="tensions away from all limits (analytic centre); smooth in wrench and pose",
             properties={
                 **EXACT,
                 "objective": "analytic_centre",
@@ -115,7 +115,7 @@ def null_space_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="centroid",
             factory="cdpr_solvers.centroid:Centroid",
-            summary="middle of the admissible interval or centroid of the polygon, for up to two redundant cables",
+            summary="centroid of the set of admissible tensions, for at most two redundant cables",
             properties={
                 **EXACT,
                 "objective": "centroid",
@@ -133,7 +133,7 @@ def null_space_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="best_effort",
             factory="cdpr_solvers.best_effort:BestEffort",
-            summary="tensions within the limits with the wrench nearest to the required one; if feasible, as qp",
+            summary="as `qp`; for an infeasible wrench, tensions within the limits that produce the nearest wrench",
             properties={
                 **EXACT,
                 "objective": "min_norm",
@@ -145,7 +145,7 @@ def null_space_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="pseudo_inverse",
             factory="cdpr_solvers.pseudo_inverse:PseudoInverse",
-            summary="minimum 2-norm without limits (thesis 6.26); by default, cdpr clips tensions beyond the limits",
+            summary="minimum 2-norm without limits (thesis 6.26); by default, cdpr clips the tensions to the limits",
             properties={
                 **EXACT,
                 "objective": "min_norm",
@@ -159,7 +159,8 @@ def null_space_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="closed_form",
             factory="cdpr_solvers.closed_form:ClosedForm",
-            summary="closest to the middle of the limits (thesis 6.28, corrected); fails if a tension violates a limit",
+            summary="tensions closest to the middle of the limits (thesis 6.28, corrected); fails if one "
+            "violates a limit",
             properties={
                 **EXACT,
                 "objective": "mid_range",
@@ -178,7 +179,7 @@ def library_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="osqp",
             factory="cdpr_solvers.osqp:Osqp",
-            summary="minimum 2-norm within the limits by OSQP, to about 1e-5 N; feasibility decided by cdpr",
+            summary="minimum 2-norm within the limits, by the library OSQP, to about 1e-5 N",
             requires=("osqp", "scipy"),
             extra="cdpr[solvers]",
             properties={
@@ -196,7 +197,7 @@ def library_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="daqp",
             factory="cdpr_solvers.daqp:Daqp",
-            summary="minimum 2-norm within the limits by DAQP, exact; feasibility decided by cdpr",
+            summary="minimum 2-norm within the limits, by the library DAQP; exact",
             requires=("daqp",),
             extra="cdpr[solvers]",
             properties={
@@ -211,7 +212,7 @@ def library_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="piqp",
             factory="cdpr_solvers.piqp:Piqp",
-            summary="minimum 2-norm within the limits by PIQP, to about 1e-5 N; feasibility decided by cdpr",
+            summary="minimum 2-norm within the limits, by the library PIQP, to about 1e-5 N",
             requires=("piqp",),
             extra="cdpr[solvers]",
             properties={
@@ -227,7 +228,7 @@ def library_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="clarabel",
             factory="cdpr_solvers.clarabel:Clarabel",
-            summary="minimum 2-norm within the limits by Clarabel, to about 1e-6 N; feasibility decided by cdpr",
+            summary="minimum 2-norm within the limits, by the library Clarabel, to about 1e-6 N",
             requires=("clarabel", "scipy"),
             extra="cdpr[solvers]",
             properties={
@@ -243,8 +244,7 @@ def library_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="highs",
             factory="cdpr_solvers.highs:Highs",
-            summary="minimum sum of the tensions within the limits by HiGHS (thesis 6.24), exact; jumps; "
-            "feasibility decided by cdpr",
+            summary="minimum sum of the tensions, within the limits, by the library HiGHS; exact; tensions can jump",
             requires=("highspy",),
             extra="cdpr[solvers]",
             properties={
@@ -259,7 +259,7 @@ def library_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="qpsolvers",
             factory="cdpr_solvers.qpsolvers:Qpsolvers",
-            summary="minimum 2-norm within the limits by any solver that qpsolvers finds installed",
+            summary="minimum 2-norm within the limits, by an installed solver of the package qpsolvers",
             requires=("qpsolvers",),  # LGPL, so not in an extra
             properties={  # for the default solver
                 "objective": "min_norm",
@@ -273,7 +273,7 @@ def library_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="exact",
             factory="cdpr_solvers.exact:Exact",
-            summary="minimum 2-norm or sum within the limits in rational arithmetic, for verification; slow",
+            summary="minimum 2-norm or sum within the limits, in rational arithmetic; slow, to verify other solvers",
             properties={  # for the default objective
                 "objective": "min_norm",
                 "formula": NORM,
@@ -294,7 +294,8 @@ def classical_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="improved_closed_form",
             factory="cdpr_solvers.improved_closed_form:ImprovedClosedForm",
-            summary="closed form; fixes cables beyond a limit at this limit (thesis 6.30-6.32); misses few wrenches",
+            summary="closed_form; fixes tensions at violated limits (thesis 6.30-6.32); fails for few "
+            "feasible wrenches",
             properties={
                 "formula": "t_m + W^+ (w - W t_m); the worst cable to its limit, the others again, m - n times at most",
                 "source": "Pott 2013; thesis 6.30-6.32",
@@ -330,7 +331,8 @@ def classical_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="kernel",
             factory="cdpr_solvers.kernel_method:KernelMethod",
-            summary="pseudo-inverse plus a positive null vector (thesis 6.33-6.35, corrected); only for m = n + 1",
+            summary="pseudo-inverse plus a positive vector of the null space (thesis 6.33-6.35, corrected); "
+            "one redundant cable",
             properties={
                 "formula": "t_0 + max((t_min,i - t_0,i) / h_i) h, W h = 0, h > 0",
                 "source": "thesis 6.33-6.35 corrected",
@@ -342,7 +344,7 @@ def classical_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="dykstra",
             factory="cdpr_solvers.dykstra:Dykstra",
-            summary="tensions nearest to the middle of the limits; fails after `iterations` alternating projections",
+            summary="tensions nearest to the middle of the limits, by at most `iterations` alternating projections",
             properties={
                 "objective": "mid_range",
                 "formula": "min |t - t_m|^2, by projections on W t = w and on the limits in turn",
@@ -355,7 +357,8 @@ def classical_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="p_norm",
             factory="cdpr_solvers.p_norm:PNorm",
-            summary="least p-norm of offsets from the middle, by Newton's method; fails if a tension violates a limit",
+            summary="minimum p-norm of the distances from the middle of the limits; fails if a tension "
+            "violates a limit",
             properties={
                 "objective": "p_norm",
                 "formula": "min sum |(t_i - t_m,i) / h_i|^p, h half ranges",

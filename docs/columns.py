@@ -1,4 +1,4 @@
-"""Write the table of docs/columns.md. Run: python docs/columns.py. A test holds the page to it."""
+"""Write the tables of docs/columns.md. Run: python docs/columns.py. A test holds the page to it."""
 
 from __future__ import annotations
 
@@ -9,22 +9,34 @@ from marked import rewritten, table
 from cdpr.base.columns import Column, known_columns
 
 PAGE = Path(__file__).parent / "columns.md"
+TITLES = ("column", "shape", "unit", "description")
+TOPIC = "topic and field in the log"
 
 
-def columns_table() -> str:
-    """Every column, as the one table of columns has it."""
-    titles = ("column", "shape", "unit", "frame", "topic and field", "recorded if", "description")
-    return table(titles, (_cells(column, condition) for column, condition in known_columns().values()))
+def always_table() -> str:
+    """Columns of every run, as the one table of columns has them."""
+    found = (column for column, condition in known_columns().values() if not condition)
+    return table((*TITLES, TOPIC), ((*_cells(column), _places(column)) for column in found))
 
 
-def _cells(column: Column, condition: str) -> tuple[str, ...]:
-    places = "; ".join(f"`{topic}` {field}" for topic, field in column.topics)
-    return f"`{column.name}`", column.shape, column.unit, column.frame, places, condition, column.text
+def sometimes_table() -> str:
+    """Columns of some runs, with their conditions."""
+    found = ((column, condition) for column, condition in known_columns().values() if condition)
+    titles = (*TITLES, "recorded if", TOPIC)
+    return table(titles, ((*_cells(column), condition, _places(column)) for column, condition in found))
+
+
+def _cells(column: Column) -> tuple[str, ...]:
+    return f"`{column.name}`", column.shape, column.unit, column.text
+
+
+def _places(column: Column) -> str:
+    return "; ".join(f"`{topic}` {field}" for topic, field in column.topics)
 
 
 def updated(text: str) -> str:
-    """The page with its table written anew."""
-    return rewritten(text, {"columns": columns_table})
+    """The page with its tables written anew."""
+    return rewritten(text, {"columns": always_table, "more columns": sometimes_table})
 
 
 if __name__ == "__main__":

@@ -16,7 +16,7 @@ PAGE = Path(__file__).parent / "scenario_files.md"
 def sections_table() -> str:
     """Return the table of sections, in the order of the window's tabs."""
     rows = sections_of(json_schema(schema.ScenarioSection))
-    titles = ("key", "tab of `cdpr gui`", "required", "description")
+    titles = ("key", "tab", "required", "description")
     return table(titles, ((f"`{row.key}`", TABS[row.tab], "yes" if row.required else "", row.text) for row in rows))
 
 

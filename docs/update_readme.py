@@ -23,15 +23,14 @@ ROOT = Path(__file__).parent.parent
 DOCS = ROOT / "docs"
 
 
-def plugin_table() -> str:
-    """Our own plugins, as the registry knows them."""
-    lines = ["| role | name | description | options |", "|---|---|---|---|"]
-    for role in ROLES:
-        for name, entry in sorted(registry().plugins[role].items()):
-            if entry.distribution == OWN_DISTRIBUTION:
-                options = ", ".join(f"`{key}`" for key in entry.info.options.model_fields) or "none"
-                lines.append(f"| {role} | `{name}` | {entry.info.summary} | {options} |")
-    return "\n".join(lines)
+def plugin_table(role: str) -> str:
+    """Return the table of our own plugins with this role, as the registry knows them."""
+    rows = [
+        (f"`{name}`", entry.info.summary, ", ".join(f"`{key}`" for key in entry.info.options.model_fields))
+        for name, entry in sorted(registry().plugins[role].items())
+        if entry.distribution == OWN_DISTRIBUTION
+    ]
+    return table(("name", "description", "options"), rows)
 
 
 def check_table(checks: Sequence[Check[Any]]) -> str:
@@ -39,38 +38,36 @@ def check_table(checks: Sequence[Check[Any]]) -> str:
     return table(("check", "requirement"), ((f"`{check.id}`", check.reason) for check in checks))
 
 
+def step_table() -> str:
+    """Return the table of the step in benchmarks/figures.json."""
+    steps = json.loads((ROOT / "benchmarks" / "figures.json").read_text())["step"]
+    keys = ("ratio", "ratio_in_memory", "ratio_python_controller", "ratio_cogiro", "ratio_10_substeps")
+    titles = ("backend", "caroca", "without a log", "controller in Python", "CoGiRo", "10 physics steps")
+    return table(titles, ((f"`{name}`", *(f"{costs[key]:.2f}" for key in keys)) for name, costs in steps.items()))
+
+
 def figure_table() -> str:
-    """Return the table of benchmarks/figures.json."""
+    """Return the table of the other times in benchmarks/figures.json."""
     figures = json.loads((ROOT / "benchmarks" / "figures.json").read_text())
-    lines = ["| figure | measured |", "|---|---|"]
-    for backend, costs in figures["step"].items():
-        lines.append(f"| closed-loop step on `{backend}`, log included | {costs['ratio']:.2f} pinv |")
-        lines.append(f"| the same with the samples in memory, without log | {costs['ratio_in_memory']:.2f} pinv |")
-        lines.append(f"| the same with a controller in Python | {costs['ratio_python_controller']:.2f} pinv |")
-        lines.append(
-            f"| the same for CoGiRo, with its centre of mass off the origin | {costs['ratio_cogiro']:.2f} pinv |"
-        )
-        lines.append(
-            f"| the same for caroca with 10 physics steps per control step | {costs['ratio_10_substeps']:.2f} pinv |"
-        )
-    rows = figures["distribute"]
-    lines += [
-        f"| a row of `cdpr.distribute` with `qp`, on one core | {rows['row']:.3f} pinv |",
-        f"| the same with cables at a limit in every row | {rows['row_at_limits']:.3f} pinv |",
+    rows, startup = figures["distribute"], figures["startup"]
+    lines = [
+        ("`cdpr.distribute` with `qp`, one wrench", f"{rows['row']:.3f} pinv"),
+        ("the same, if a tension is at a limit", f"{rows['row_at_limits']:.3f} pinv"),
     ]
     for name, row in figures["rollout"].items():
         lines += [
-            f"| a row of `cdpr.rollout` of caroca on `reference`, cases that differ in {name}, on one core "
-            f"| {row['row_without_set_up']:.3f} pinv |",
-            f"| set-up of such a case | {row['set_up']:.0f} pinv |",
+            (
+                f"`cdpr.rollout`, one step of one case; the cases differ in {name}",
+                f"{row['row_without_set_up']:.3f} pinv",
+            ),
+            ("the same, preparation of one case", f"{row['set_up']:.0f} pinv"),
         ]
-    startup = figures["startup"]
     lines += [
-        f"| `cdpr --help` | {startup['help']:.2f} s CPU |",
-        f"| `cdpr run`, 2 s on `reference`, without report | {startup['run']:.2f} s CPU |",
-        f"| the same with report | {startup['run_report']:.2f} s CPU |",
+        ("`cdpr --help`", f"{startup['help']:.2f} s"),
+        ("`cdpr run` of 2 s on `reference`, without report", f"{startup['run']:.2f} s"),
+        ("the same with report", f"{startup['run_report']:.2f} s"),
     ]
-    return "\n".join(lines)
+    return table(("task", "computing time"), lines)
 
 
 def step_cost() -> str:
@@ -78,8 +75,8 @@ def step_cost() -> str:
     steps = json.loads((ROOT / "benchmarks" / "figures.json").read_text())["step"]
     first, *_, last = sorted(steps, key=lambda backend: steps[backend]["step_us"])
     return (
-        f"A closed-loop step of an eight-cable robot with its log takes {steps[first]['step_us']:.1f} us (`{first}`) "
-        f"to {steps[last]['step_us']:.1f} us\n(`{last}`) on one core: [docs/figures.md](docs/figures.md)."
+        f"For a robot with eight cables, one control step takes {steps[first]['step_us']:.1f} us (`{first}`) "
+        f"to {steps[last]['step_us']:.1f} us (`{last}`),\nincluding the log ([docs/figures.md](docs/figures.md))."
     )
 
 
@@ -95,14 +92,14 @@ def solver_table() -> str:
 
 PAGES = {
     "../README.md": {"step": step_cost},
-    "plugin_list.md": {"plugins": plugin_table},
+    "plugin_list.md": {f"{role}s": partial(plugin_table, role) for role in ROLES},
     "plugin_checks.md": {
         "checks of solvers": partial(check_table, SOLVER),
         "checks of controllers": partial(check_table, CONTROLLER),
         "checks of backends": partial(check_table, BACKEND),
     },
     "solvers.md": {"solvers": solver_table},
-    "figures.md": {"figures": figure_table},
+    "figures.md": {"steps": step_table, "figures": figure_table},
 }
 
 

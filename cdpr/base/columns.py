@@ -142,7 +142,7 @@ _WRENCH, _EXTERNAL = ("/cdpr/platform/wrench/wrench",), ("/cdpr/platform/externa
 COMMANDS, _STATES = "/cdpr/cable_commands", "/cdpr/cable_states"
 _SOLVER, _ENERGY = ("/cdpr/solver/data",), ("/cdpr/energy/data",)
 _BY_LENGTH = "moments divided by the characteristic length"
-_HELD = "held until the next sample"
+_HELD = "constant until the next sample"
 
 # State, desired state and the report of the tension stage are contiguous: the loop uses one view of each.
 FIRST: tuple[Column, ...] = (
@@ -159,24 +159,34 @@ FIRST: tuple[Column, ...] = (
     Column("desired_angular_acceleration", 3, "rad/s^2", "Desired angular acceleration", WORLD, (_ACCEL + ".angular",)),
     Column("wrench", 6, "N, N m", "Wrench required by the controller, about the origin", WORLD, _WRENCH),
     # For ideal cables the command is the tension, unless an event broke or jammed the cable.
-    Column("tension", CABLES, "N", f"Commanded tension, {_HELD}", places=(COMMANDS + "/effort", _STATES + "/effort")),
+    Column("tension", CABLES, "N", f"Commanded tension; {_HELD}", places=(COMMANDS + "/effort", _STATES + "/effort")),
     Column("length", CABLES, "m", "Cable lengths", places=(_STATES + "/position",)),
     Column("rate", CABLES, "m/s", "Rates of the cable lengths", places=(_STATES + "/velocity",)),
-    Column("status", 1, "", "Status of the verified solution, a `cdpr.tension.Status`", places=_SOLVER),
+    Column("status", 1, "", "Result of the solver, a `cdpr.tension.Status`; 0 is OK", places=_SOLVER),
     Column(
-        "residual", 1, "N", f"Norm of (W x tension) - wrench in the controlled directions, {_BY_LENGTH}", places=_SOLVER
+        "residual",
+        1,
+        "N",
+        f"Error of the wrench: norm of (W x tension) - wrench in the controlled directions, {_BY_LENGTH}",
+        places=_SOLVER,
     ),
-    Column("margin", 1, "N", "Smallest distance of a tension from its limits, negative outside", places=_SOLVER),
+    Column(
+        "margin",
+        1,
+        "N",
+        "Smallest distance of a tension from its limits; negative if a tension is outside",
+        places=_SOLVER,
+    ),
     Column("at_limit", 1, "", "Number of cables at a limit", places=_SOLVER),
-    Column("external", 6, "N, N m", f"External wrench on the platform at its origin, {_HELD}", WORLD, _EXTERNAL),
+    Column("external", 6, "N, N m", f"External wrench on the platform, about its origin; {_HELD}", WORLD, _EXTERNAL),
     Column("kinetic", 1, "J", "Kinetic energy of the platform", places=_ENERGY),
-    Column("potential", 1, "J", "Potential energy, 0 with the centre of mass at the world's origin", places=_ENERGY),
+    Column("potential", 1, "J", "Potential energy; 0 if the centre of mass is at the world's origin", places=_ENERGY),
     Column("cable_work", 1, "J", "Work of the cables on the platform since the first sample", places=_ENERGY),
     Column("external_work", 1, "J", "Work of the external wrench since the first sample", places=_ENERGY),
 )
 # Cables that are not ideal, whose tension differs from the command.
 WINCHED: tuple[Column, ...] = (
-    Column("cable_tension", CABLES, "N", "Tension in each cable at the sample", places=(_STATES + "/effort",)),
+    Column("cable_tension", CABLES, "N", "Tension in each cable", places=(_STATES + "/effort",)),
 )
 # Controller and solver perceive another robot or state than the true one; W, residual and margin refer to that one.
 NOMINAL_COLUMNS: tuple[Column, ...] = (
@@ -184,14 +194,14 @@ NOMINAL_COLUMNS: tuple[Column, ...] = (
         "true_wrench",
         6,
         "N, N m",
-        "True wrench of the cables about the origin: W times the tensions of the sample",
+        "Wrench that the cables exert on the real platform, about the origin",
         WORLD,
     ),
     Column(
         "true_margin",
         CABLES,
         "N",
-        "Margin of each command within the true limits, negative outside, NaN for broken or jammed cables",
+        "Distance of each command from the limits of the real robot; negative outside, NaN for broken or jammed cables",
     ),
 )
 # Events that change the mass of the platform.
@@ -200,7 +210,7 @@ LOADED: tuple[Column, ...] = (
         "load_energy",
         1,
         "J",
-        "Energy of payloads when they are attached, minus their energy when they are released",
+        "Energy of all attached payloads at their attachment, minus that of released payloads at their release",
     ),
 )
 # Columns that are NaN for cables without limits, and infinite without a limit on one side, such as after a power cut. A

@@ -181,25 +181,28 @@ class ScenarioSection(Section):
     )
     believed: RobotSection | None = Field(
         None,
-        description="nominal model of controller and tension solver, if it differs from the robot; the key `nominal` "
-        "means the same. It contains the keys with other values, and the cables that differ, with their names",
+        description="nominal model: the robot as controller and tension solver assume it; default: the same as "
+        "`robot`. Give only the keys and the cables that differ, each cable with its name. `nominal` is another name "
+        "of this key",
         json_schema_extra=tab("robot", 1),
     )
     world: World = Field(
-        World.model_construct(), description="surroundings of the robot", json_schema_extra=tab("simulation", 1)
+        World.model_construct(), description="gravity and obstacles", json_schema_extra=tab("simulation", 1)
     )
-    simulation: Simulation = Field(description="engine, times and steps", json_schema_extra=tab("simulation"))
+    simulation: Simulation = Field(description="backend, duration and time steps", json_schema_extra=tab("simulation"))
     initial: Initial = Field(
         description="state of the platform at time 0; default: at rest at the robot's home, if it has one",
         json_schema_extra=tab("motion"),
     )
     trajectory: AnyMotion = Field(
-        Hold.model_construct({"type"}), description="the desired motion", json_schema_extra=tab("motion")
+        Hold.model_construct({"type"}),
+        description="the desired motion; default: hold the initial pose",
+        json_schema_extra=tab("motion"),
     )
     controlled: Annotated[tuple[DofName, ...], AfterValidator(in_order)] | None = Field(
         None,
-        description="directions in which the tensions balance the controller's wrench; in others, the wrench of the "
-        "cables is not controlled, and the platform is free to move. Default: all of robot.dof",
+        description="directions in which the cables produce the controller's wrench; default: all of robot.dof. In the "
+        "other directions, the wrench of the cables is arbitrary, and the platform can move",
         json_schema_extra=tab("control", 1),
     )
     controller: ControllerSection = Field(
@@ -214,14 +217,13 @@ class ScenarioSection(Section):
     )
     limits: Literal["warn", "stop"] = Field(
         "warn",
-        description="reaction to limit violations: warn counts the samples and reports them, stop ends the run. "
-        "The run checks length and speed_max of each cable and, unless it is ideal, its true tension. It also "
-        "checks commands if the controller's nominal robot has other tension limits",
+        description="reaction to violated limits of length, speed and tension: warn reports the number of samples, "
+        "stop ends the run",
         json_schema_extra=tab("control", 1),
     )
     actuators: Actuators | None = Field(
         None,
-        description="winches as an FMU between the commands and the cables, in place of robot.cable.model",
+        description="FMU that simulates the winches, from commands to cable tensions; it replaces robot.cable.model",
         json_schema_extra=tab("control", 1),
     )
     events: list[AnyEvent] = Field(
@@ -235,6 +237,6 @@ class ScenarioSection(Section):
     )
     backend_options: dict[str, dict[str, Any]] = Field(
         {},
-        description="options of backends by name; cdpr checks all of them, and uses those of the selected backend",
+        description="options of each backend, under its name; a run uses those of its backend",
         json_schema_extra=tab("simulation", 1),
     )
