@@ -26,11 +26,11 @@ from cdpr.native.operations import LANES
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.scenario import Scenario
 from cdpr.scenario.loader import AnyScenario
-from cdpr.scenario.needs import require
 from cdpr.scenario.repeatable import check_repeatable
 from cdpr.simulation.branches import Snapshot
 from cdpr.simulation.live import ExclusiveAccess
 from cdpr.simulation.moment import Moment
+from cdpr.simulation.needs import require
 from cdpr.simulation.start import chosen_scenario
 
 

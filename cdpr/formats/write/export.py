@@ -21,8 +21,8 @@ from cdpr.log.reader import load_run
 from cdpr.log.run import Run
 from cdpr.scenario import load_scenario
 from cdpr.scenario.loader import AnyRobot, robot_or_scenario
-from cdpr.scenario.needs import omitted as left_out_of
 from cdpr.scenario.option_migration import outside
+from cdpr.simulation.needs import omitted as left_out_of
 
 PACKAGES, NATIVE = "ros2", "native"  # folders, not files
 

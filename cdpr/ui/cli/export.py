@@ -104,7 +104,7 @@ def _packages(file: str, changes: tuple[str, ...], out: Path | None) -> tuple[Pa
 
 def _native(file: str, changes: tuple[str, ...], out: Path | None, force: bool) -> tuple[Path, dict[str, int]]:
     from cdpr.formats.write.native import write_native
-    from cdpr.scenario.needs import omitted
+    from cdpr.simulation.needs import omitted
     from cdpr.ui.cli.load import print_lines
 
     loaded = _scenario(file, changes, f"{NATIVE} requires a scenario (for its controller), got a robot")
