@@ -116,6 +116,8 @@ def rollout(
     n = check_count(n)
     chosen = {"backend": backend, "solver": solver, "controller": controller}
     values = values_of(vary, n, seed, overrides, chosen)
+    if scheduler is not None and not isinstance(scheduler, str):
+        raise CdprError(f"rollout: scheduler: expected an address such as tcp://host:8786, got {shown(scheduler)}")
     if scheduler is not None and not all(
         each is None or isinstance(each, str) for each in (backend, solver, controller)
     ):
