@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import ROOT
-from moving_anchors import Broken, Carriage
+from moving_anchors import Broken, Carriage, Spoiling
 from plants import installed
 from pydantic import Field
 from restarts import assert_restarts_give
@@ -111,6 +111,17 @@ def test_rollouts_have_the_bits_of_single_runs(run):
     for i, single in enumerate(runs):
         assert np.array_equal(batch["position"][i], single.position)
         assert np.array_equal(batch["rate"][i], single.rate)
+
+
+@pytest.mark.parametrize(("after", "samples"), [(0.02, 21), (-1.0, 0)])
+@pytest.mark.parametrize(("of", "bad"), [("position", np.nan), ("velocity", np.inf), ("acceleration", -np.inf)])
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_a_motion_that_is_not_finite_is_named(run, backend, of, bad, after, samples):
+    spoilt = type("Spoilt", (Spoiling,), {"of": of, "bad": bad, "after": after})
+    expected = f"by 'carriage' wrote {bad} into the {of} of cable 'cable_3'; expected finite numbers"
+    with pytest.raises(PluginError, match=expected) as told:
+        run(CAROCA, spoilt, **{"simulation.backend": backend})
+    assert len(told.value.run.rows) == samples
 
 
 @pytest.mark.parametrize("backend", BACKENDS)
