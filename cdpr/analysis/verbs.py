@@ -66,7 +66,7 @@ def _duty(what: Any, i: int | None, overrides: Mapping[str, Any] | None) -> Duty
             raise CdprError("size(overrides=): applies to scenarios, not to finished runs")
         run = what if isinstance(what, Run) else load_run(os.fspath(what))
         return Duty.of_run(run, os.fspath(what) if stored else run.header.scenario)
-    scenario = load_scenario(what, overrides=overrides or {})
+    scenario = load_scenario(what, overrides={} if overrides is None else overrides)
     if isinstance(what, str | os.PathLike):
         return Duty.of_scenario(scenario, os.fspath(what))
     return Duty.of_scenario(scenario, scenario.name if i is None else f"{scenario.name} [{i}]")
@@ -149,7 +149,7 @@ def study(
     """
     _check_jobs(jobs, "study")
     if not isinstance(what, Study):
-        what = load_study(what, overrides=overrides or {})
+        what = load_study(what, overrides={} if overrides is None else overrides)
     elif overrides:
         raise CdprError("study(overrides=): a loaded study cannot be changed; give its file")
     return run_study(what, out, jobs=jobs, timeout=timeout, progress=progress)
@@ -209,7 +209,7 @@ def compare(
         raise CdprError("compare(what=): expected a scenario or a list of runs, got a Robot")
     return compare_scenario(
         what,
-        changes=overrides or {},
+        changes={} if overrides is None else overrides,
         backends=backends,
         solvers=solvers,
         refine=refine,

@@ -80,6 +80,8 @@ class Column:
         for key in ("name", "unit", "text", "frame", "owner"):
             if not isinstance(getattr(self, key), str):
                 raise TypeError(f"{key} of a column must be a text, got {getattr(self, key)!r}")
+        if not isinstance(self.places, tuple) or not all(isinstance(place, str) for place in self.places):
+            raise TypeError(f"places of a column must be a tuple of texts, got {self.places!r}")
         if not _NAME.fullmatch(self.name):
             raise ValueError(
                 f"the name of a column must be a letter and up to 30 letters, digits and _, got {self.name!r}"

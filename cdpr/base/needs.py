@@ -1,8 +1,9 @@
 """Support that a section of a scenario needs from exports, backends and other users of scenarios.
 
 Each section declares its needs in the class attribute `needs`: one `Needs` for the section as a whole, or one for each
-of its keys. Kinds of sections (events, motions, exits) and parts of cables declare one each. `cdpr.scenario.needs`
-reads the declarations; whatever declares nothing is rejected by every use.
+of its keys. Kinds of sections (events, motions, exits), parts of cables and parts of the loop declare one each.
+`cdpr.scenario.needs` and `cdpr.simulation.needs` read the declarations. Every use rejects sections that declare
+nothing; exports reject such parts of the loop.
 """
 
 from __future__ import annotations
@@ -67,6 +68,9 @@ USES: Mapping[str, str] = MappingProxyType(
 )
 
 
+# Exports that do not contain the scenario.
+MODELS_AND_CONTROLLERS = "plant_fmu", "controller_fmu", "bare_controller_fmu", "native", "mjcf", "sdf", "urdf"
+
 # Meaning of properties that are True or False, for messages.
 MEANINGS: Mapping[str, str] = MappingProxyType({"load": "changes of the platform's mass during a run (load)"})
 
@@ -112,8 +116,7 @@ class Needs:
 
 def of_run(**others: Support) -> Needs:
     """Return the needs of what concerns runs only, not exported plants and models; `others` override them."""
-    exports = ("plant_fmu", "controller_fmu", "bare_controller_fmu", "native", "mjcf", "sdf", "urdf")
-    return _but({**dict.fromkeys(exports, UNCONCERNED), **others})
+    return _but({**dict.fromkeys(MODELS_AND_CONTROLLERS, UNCONCERNED), **others})
 
 
 def of_control(**others: Support) -> Needs:
@@ -144,12 +147,17 @@ def of_winch() -> Needs:
     return Needs(plant_fmu=with_winch, controller_fmu=with_winch, mjcf=ideal_only, sdf=as_ideal, urdf=as_ideal)
 
 
+def of_loop_part() -> Needs:
+    """Return the needs of a part of the loop that declares none: it is in all runs, and in no export."""
+    apart = no("exports contain no further parts of the loop")
+    return _but(dict.fromkeys((*MODELS_AND_CONTROLLERS, "ros2"), apart))
+
+
 def of_moving_anchors() -> Needs:
     """Return the needs of what moves the anchors on the frame: all exports have anchors at rest."""
     resting = no("its cables leave from anchors at rest")
-    exports = "plant_fmu", "controller_fmu", "bare_controller_fmu", "native", "mjcf", "sdf", "urdf"
     feature = {"features": "moving_anchors"}
-    return _but({**dict.fromkeys(exports, resting), "backend": feature, "controller": feature})
+    return _but({**dict.fromkeys(MODELS_AND_CONTROLLERS, resting), "backend": feature, "controller": feature})
 
 
 EVERYWHERE = Needs()

@@ -14,7 +14,7 @@ import numpy as np
 
 from cdpr.base.errors import OutputError, PluginError
 from cdpr.log.csv_lines import csv_lines
-from cdpr.log.files import make_folder, replacing
+from cdpr.log.files import make_folder, replacing, require_new
 from cdpr.log.header import Header
 from cdpr.log.run import Run
 from cdpr.model.robot import Array
@@ -40,8 +40,7 @@ def export(run: Run, to: str, out: Path, force: bool = False) -> None:
     write = EXPORTS[to]
     if out.exists() and not out.is_file():
         raise OutputError(f"{out}: is not a regular file; choose another --out")
-    if out.exists() and not force:
-        raise OutputError(f"{out}: exists; choose another --out or give --force")
+    require_new(out, force)
     make_folder(out.parent)
     with replacing(out) as file:
         write(run, file)

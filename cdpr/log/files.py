@@ -61,6 +61,12 @@ def replace(path: Path, content: str | bytes) -> None:
         file.write(content.encode() if isinstance(content, str) else content)
 
 
+def require_new(path: Path, force: bool, remedy: str = "choose another --out, or --force") -> None:
+    """Raise OutputError with the remedy if a file exists, unless `force` allows to replace it."""
+    if path.exists() and not force:
+        raise OutputError(f"'{path}' already exists and is not overwritten; {remedy}")
+
+
 def create(path: Path, content: str | bytes) -> None:
     """Create a file atomically.
 

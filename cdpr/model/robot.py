@@ -186,6 +186,7 @@ class Robot(Frozen):
             raise CdprError(f"{at('frame')}: expected at least one point")
         if len(A) != len(B):
             raise CdprError(f"{at('platform')}: expected as many points as frame, {len(A)}, got {len(B)}")
+        free = _directions(dof)
         low = _per_cable(tension_min, len(A), at("tension_min"))
         high = _per_cable(tension_max, len(A), at("tension_max"))
         for i in range(len(A)):
@@ -194,12 +195,12 @@ class Robot(Frozen):
         if inertia is None:
             inertia = box_inertia(given_number(mass, at("mass"), above=0.0), np.ptp(B, axis=0))
             if not (np.diag(inertia) > 0.0).all():
-                if any(each.startswith("r") for each in _directions(dof)):
+                if any(each.startswith("r") for each in free):
                     raise CdprError(f"{at('inertia')}: required, because the points of the platform are on one line")
                 inertia = np.eye(3)  # has no effect
         body = Platform(mass, inertia, center_of_mass)
         cables = [Cable(a, b, *limits) for a, b, *limits in zip(A, B, low, high, strict=True)]
-        return cls(body, cables, dof, name=name, home=middle(A, dof) if home is None else home)
+        return cls(body, cables, dof, name=name, home=middle(A, free) if home is None else home)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the robot as plain data with the keys of a robot file.

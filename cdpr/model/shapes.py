@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr.base.errors import CdprError
+from cdpr.base.problems import shown
 from cdpr.model.frozen import Frozen, given_array, given_colour, given_name, given_number, given_numbers
 
 
@@ -88,6 +89,14 @@ class Hull:
     corners: tuple[tuple[float, float, float], ...]  # m, as in the file
     dent: float = 0.0  # m, largest depth of the mesh's corners inside the hull
 
+    def __post_init__(self) -> None:
+        corners = given_array(self.corners, (None, 3), "Hull(corners=)")
+        vars(self).update(
+            file=given_name(self.file, "Hull(file=)"),
+            corners=tuple(map(tuple, corners.tolist())),
+            dent=given_number(self.dent, "Hull(dent=)", least=0.0),
+        )
+
     @property
     def outline(self) -> dict[str, Any]:
         """Shape as plain data."""
@@ -105,6 +114,15 @@ class Obstacle(Frozen):
     shape: Shape | Hull
     position: NDArray[np.float64]  # (3,), m, world
     attitude: NDArray[np.float64]  # (4,) quaternion w, x, y, z
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.shape, Shape | Hull):
+            raise CdprError(f"Obstacle(shape=): expected a shape such as cdpr.model.Box, got {shown(self.shape)}")
+        vars(self).update(
+            name=given_name(self.name, "Obstacle(name=)"),
+            position=given_array(self.position, (3,), "Obstacle(position=)"),
+            attitude=given_array(self.attitude, (4,), "Obstacle(attitude=)"),
+        )
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple, NoReturn
 import numpy as np
 
 from cdpr.base.errors import PluginError
+from cdpr.base.problems import shown
 from cdpr.mechanics.anchors import Anchors
 from cdpr.model import Robot
 from cdpr.model.robot import Array
@@ -49,7 +50,29 @@ class Phases(NamedTuple):
 
     def several(self, n: int) -> Operations:
         """Return the operations of n physics steps of a world with one platform."""
-        return [*self.load, *self.step, *self.read] * n + self.publish
+        return [*self.load, *self.step, *self.read] * n + [*self.publish]
+
+
+def check_operations(given: object, place: str) -> None:
+    """Raise PluginError with the place, such as "Mine.operations", unless a plugin returned a list of functions."""
+    if not isinstance(given, list | tuple):
+        raise PluginError(f"{place}: expected a list of functions, got {shown(given)}")
+    for i, each in enumerate(given):
+        if not callable(each):
+            raise PluginError(f"{place}[{i}]: expected a function, got {shown(each)}")
+
+
+def checked_phases(given: object, place: str) -> Phases:
+    """Return the phases that a plugin returned.
+
+    Raises:
+        PluginError: with the place, such as "Mine.phases", unless they are Phases of lists of functions.
+    """
+    if not isinstance(given, Phases):
+        raise PluginError(f"{place}: expected Phases, got {shown(given)}")
+    for name, operations in given._asdict().items():
+        check_operations(operations, f"{place}.{name}")
+    return given
 
 
 class Backend(ABC):

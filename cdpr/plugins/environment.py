@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from cdpr.base.errors import CdprError
+from cdpr.base.problems import shown
 from cdpr.model.shapes import Obstacle
 
 
@@ -29,3 +31,10 @@ class Environment:
     """
 
     obstacles: tuple[Obstacle, ...] = ()
+
+    def __post_init__(self) -> None:
+        given: object = self.obstacles
+        items = given if isinstance(given, list | tuple) else [given]
+        if wrong := [each for each in items if not isinstance(each, Obstacle)]:
+            raise CdprError(f"Environment(obstacles=): expected a tuple of Obstacle, got {shown(wrong[0])}")
+        vars(self).update(obstacles=tuple(items))

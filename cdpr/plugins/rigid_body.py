@@ -17,7 +17,7 @@ from cdpr.model import Robot
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
-from cdpr.plugins.backend import Backend, Operations, Phases
+from cdpr.plugins.backend import Backend, Operations, Phases, check_operations, checked_phases
 from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.inertia import Inertia, check_held, check_range
 
@@ -196,14 +196,17 @@ class RigidBodyBackend(Backend):
         """Return the operations of n physics steps; all but those of the engine are compiled."""
         does = self.push, self.advance, self.read, self.engine_phases
         if all(speaks_for(self.engine_operations, each) for each in does):
-            return [*self._placing, self._pull, *self.engine_operations()] * n + [self._publish]
-        return self.phases().several(n)
+            own = self.engine_operations()
+            check_operations(own, f"{type(self).__name__}.engine_operations")
+            return [*self._placing, self._pull, *own] * n + [self._publish]
+        return checked_phases(self.phases(), f"{type(self).__name__}.phases").several(n)
 
     def phases(self) -> Phases:
         """Return the operations of a physics step by phase; all but those of the engine are compiled."""
         does = self.push, self.advance, self.read
         known = all(speaks_for(self.engine_phases, each) for each in does)
-        load, step, read, _ = self.engine_phases() if known else RigidBodyBackend.engine_phases(self)
+        given = self.engine_phases() if known else RigidBodyBackend.engine_phases(self)
+        load, step, read, _ = checked_phases(given, f"{type(self).__name__}.engine_phases")
         return Phases([*self._placing, self._pull, *load], step, read, [self._publish])
 
     def engine_phases(self) -> Phases:
@@ -212,7 +215,7 @@ class RigidBodyBackend(Backend):
 
     def engine_operations(self) -> Operations:
         """Return the operations of `push`, `advance` and `read` in one list, which may join operations of Python."""
-        load, step, read, _ = self.engine_phases()
+        load, step, read, _ = checked_phases(self.engine_phases(), f"{type(self).__name__}.engine_phases")
         return [*load, *step, *read]
 
     def read_tension(self, tension: Array) -> None:

@@ -10,41 +10,11 @@ from pydantic.fields import FieldInfo
 
 from cdpr.base.fields import Kind, Section
 from cdpr.base.kinds import Kinds
-from cdpr.base.needs import MEANINGS, UNCONCERNED, UNDECLARED, USES, Needs
-from cdpr.base.problems import Path, dotted
+from cdpr.base.needs import MEANINGS, UNCONCERNED, UNDECLARED, Needs
+from cdpr.base.problems import Path
 from cdpr.cables import MODELS
 from cdpr.cables.chain import Chain
-from cdpr.config.problems import Problems
 from cdpr.scenario.content import Content
-
-
-def require(scenario: Content, use: str) -> None:
-    """Raise ScenarioError unless a use, one of `USES`, supports all sections of a scenario that are in use."""
-    problems = Problems()
-    for path, needs, value in in_use(scenario):
-        support = needs.support(use)
-        if support.level == "no":
-            why = f": {support.why}" if support.why else ""
-            text = f"not supported by {USES[use]}{why}; {_remedy(path, value)}"
-            problems.add(scenario.mark(*path), path, text)
-    problems.raise_any()
-
-
-def supported(scenario: Content, use: str) -> bool:
-    """Return True if a use, one of `USES`, supports all sections of a scenario that are in use."""
-    return all(needs.support(use).level != "no" for _, needs, _ in in_use(scenario))
-
-
-def omitted(scenario: Content, use: str) -> list[str]:
-    """Return what a use, one of `USES`, leaves out: one line for each section and reason."""
-    found: dict[tuple[str, str], list[str]] = {}
-    for path, needs, value in in_use(scenario):
-        support = needs.support(use)
-        if support.level == "left out":
-            listed = any(isinstance(part, int) for part in path)
-            key = dotted(path[: next(i for i, part in enumerate(path) if isinstance(part, int))] if listed else path)
-            found.setdefault((key, support.why), []).extend([_title(value)] if listed else [])
-    return [f"{key}: {why}{_in_brackets(titles)}" for (key, why), titles in found.items()]
 
 
 def lacking(scenario: Content, role: str, properties: Mapping[str, object]) -> Iterator[tuple[Path, str]]:
@@ -192,22 +162,3 @@ def _constant_default(model: type[Section], name: str) -> Any:
 
 def _is_list(value: Any) -> bool:
     return isinstance(value, list | tuple)
-
-
-def _remedy(path: Path, value: Any) -> str:
-    if isinstance(value, Kind) and not isinstance(path[-1], int):
-        return f"choose another type (--set {dotted(path)}.type=TYPE)"
-    if isinstance(value, str):
-        return f"choose another value (--set {dotted(path)}=VALUE)"
-    return "remove it from the file"
-
-
-def _title(value: Any) -> str:
-    """Return a short name of an item of a list, such as "wrench at 0.5 s"."""
-    kind, time = getattr(value, "type", ""), getattr(value, "time", None)
-    return (f"{kind} at {time:g} s" if isinstance(time, float | int) else kind) or str(getattr(value, "name", "") or "")
-
-
-def _in_brackets(titles: Sequence[str]) -> str:
-    given = [title for title in titles if title]
-    return f" ({', '.join(given)})" if given else ""

@@ -6,7 +6,7 @@ do the same checks, so that `cdpr validate` and a run reject the same scenarios.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import partial
@@ -16,7 +16,6 @@ import numpy as np
 
 from cdpr.base.columns import Column
 from cdpr.base.errors import CdprError, PluginError
-from cdpr.base.needs import of_moving_anchors
 from cdpr.base.problems import Path, dotted
 from cdpr.cables import COMMANDED, with_model
 from cdpr.fmu.read.options import FmuFile
@@ -159,9 +158,10 @@ class _Checks:
             self._try((), lambda: works_of(scenario))
         self._try(("simulation", "physics_step"), lambda: check_cables(scenario, chosen["backend"]))
         self.faults += [Fault(path, error) for path, error in out_of_range(scenario, chosen["backend"])]
-        mover = None if columns is None else self._try((), self._mover)
+        more = () if columns is None else loop_parts(scenario)
+        self._try((), lambda: self._check_mover(more))
         for role in ("backend", "controller"):
-            self._lacking(role, chosen[role], mover)
+            self._lacking(role, chosen[role], more)
         if scenario.actuators is not None:
             self._try(("actuators",), lambda: self._actuators(chosen["backend"]))
         nominal = scenario.nominal
@@ -193,17 +193,15 @@ class _Checks:
             entry.load()
         return True
 
-    def _mover(self) -> LoopPart | None:
-        """Return the part of the loop that moves the anchors; reject a robot and actuators that do not support it."""
-        scenario = self._scenario
-        part = moving_part(loop_parts(scenario))
+    def _check_mover(self, parts: Sequence[LoopPart]) -> None:
+        """Reject a robot and actuators that do not support the part of the loop that moves the anchors."""
+        part = moving_part(parts)
         if part is not None:
-            Anchors(scenario.robot)
-            if scenario.actuators is not None:
-                raise CdprError(f"actuators: do not support anchors that move, by part of the loop '{part.name}'")
-        return part
+            Anchors(self._scenario.robot)
+            if self._scenario.actuators is not None:
+                raise CdprError(f"actuators: do not support anchors that move, by {part.title}")
 
-    def _lacking(self, role: Role, entry: Registered, mover: LoopPart | None) -> None:
+    def _lacking(self, role: Role, entry: Registered, parts: Sequence[LoopPart]) -> None:
         """Report the sections and parts of the loop that need features which a plugin does not declare."""
         scenario = self._scenario
         options = scenario.controller_options if role == "controller" else scenario.backend_options()
@@ -216,13 +214,12 @@ class _Checks:
             )
             self.faults.append(Fault(path, error))
         reported = {feature for _, feature in lacks}
-        if mover is None:
-            return
-        for feature in missing(of_moving_anchors(), role, properties):
-            if feature not in reported:  # by the section of the part
+        for part in parts:
+            required = {feature for needs in part.all_needs for feature in missing(needs, role, properties)}
+            for feature in sorted(required - reported):  # others are reported by the section of the part
                 error = PluginError(
-                    f"part of the loop '{mover.name}' moves the anchors: {role} '{entry.info.name}', with its options, "
-                    f"does not support {feature}: choose another {role}, or remove the part"
+                    f"{part.title}: {role} '{entry.info.name}', with its options, does not support {feature}: "
+                    f"choose another {role}, or remove the part"
                 )
                 self.faults.append(Fault((), error))
 

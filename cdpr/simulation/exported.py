@@ -18,10 +18,10 @@ from cdpr.plugins import Controller, TensionSolver
 from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.registry import registry
 from cdpr.scenario import Scenario
-from cdpr.scenario.needs import require
 from cdpr.simulation.build import output_of
 from cdpr.simulation.columns import chosen_plugins
 from cdpr.simulation.controller_calls import observes, period_of
+from cdpr.simulation.needs import require
 from cdpr.tension.command import CommandStage
 from cdpr.tension.current_sample import Present
 from cdpr.tension.operations import Operation

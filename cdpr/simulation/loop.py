@@ -140,9 +140,7 @@ class Loop:
             check_limits(robot, parts.solver, parts.solver_name, limits, self.W, self.wrench)
         self.stage.distribute()
         if self.present.live.status[0] not in ANSWERS and not self.stage.answered:
-            raise PluginError(
-                f"solver '{parts.solver_name}' wrote no tensions, or NaN: `solve` must write into the array it is given"
-            )
+            raise PluginError(self.stage.unanswered())
 
     def begin(self, rows: Array, last: int) -> None:
         """Observe sample 0, at the backend's present state; then `decide` and `advance` make a step.

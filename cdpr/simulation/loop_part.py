@@ -9,6 +9,7 @@ from typing import Any
 
 from cdpr.base.columns import Column
 from cdpr.base.errors import PluginError
+from cdpr.base.needs import Needs, of_loop_part, of_moving_anchors
 from cdpr.mechanics.anchors import Anchors
 from cdpr.model import Robot
 from cdpr.model.robot import Array
@@ -60,6 +61,7 @@ class LoopPart:
             "" if the work is unknown.
         moves_anchors: True if `anchor_motion` moves the anchors on the frame; at most one part of a loop. Its section
             declares `needs = of_moving_anchors()`, see `cdpr.base.needs`.
+        needs: support that it needs, likewise; by default `of_loop_part()`: in each run, and rejected by exports.
         streams: its random streams, which restart at a reset. Their names must be unique in the loop.
 
     Example:
@@ -86,6 +88,7 @@ class LoopPart:
     writes: frozenset[str] = frozenset()
     works: Mapping[str, str] = MappingProxyType({})
     moves_anchors: bool = False
+    needs: Needs = of_loop_part()
     streams: tuple[Stream, ...] = ()
 
     def connect(self, surroundings: Surroundings) -> None:
@@ -110,6 +113,16 @@ class LoopPart:
     def moved(self) -> Sequence[Operation]:
         """Return the operations after the plant moved, before it is observed."""
         return ()
+
+    @property
+    def title(self) -> str:
+        """Return the name for messages."""
+        return f"part of the loop '{self.name}'"
+
+    @property
+    def all_needs(self) -> tuple[Needs, ...]:
+        """Return `needs`, and the needs of moving anchors if it moves them."""
+        return (of_moving_anchors(), self.needs) if self.moves_anchors else (self.needs,)
 
     @property
     def saved_arrays(self) -> tuple[Array, ...]:

@@ -28,3 +28,18 @@ def loop_parts(scenario: Scenario) -> tuple[LoopPart, ...]:
         if count > 1:
             raise CdprError(f"the loop has {count} {what} named {name!r}: expected unique names")
     return parts
+
+
+def entries() -> tuple[str, ...]:
+    """Return the names of the functions in `LOOP_PARTS`, with their modules."""
+    return tuple(f"{entry.__module__}.{getattr(entry, '__qualname__', entry)}" for entry in LOOP_PARTS)
+
+
+def check_entries(expected: tuple[str, ...]) -> None:
+    """Raise CdprError unless this process has the same `LOOP_PARTS` as the one that sends its cases."""
+    if (here := entries()) != expected:
+        names, own = (", ".join(each) or "none" for each in (expected, here))
+        raise CdprError(
+            f"parts of the loop: expected {names}, as in the process that sends the cases, got {own} in its worker: "
+            "add them to LOOP_PARTS in a file for --plugin or in an installed plugin, which workers load, too"
+        )

@@ -49,7 +49,7 @@ class LoopAnchors:
         self.arrays: tuple[Array, ...] = ()
         if part is None:
             return
-        self._name = part.name
+        self._name, self._cables = part.name, [cable.name for cable in parts.robot.cables]
         self._anchors = anchors = Anchors(parts.robot)
         anchors.move(part.anchor_motion(anchors))
         parts.backend.follow(anchors)
@@ -61,10 +61,14 @@ class LoopAnchors:
         return line_table(robot) if self._anchors is None else line_table(robot).copy()
 
     def placing(self, lines: Array, robot: Robot) -> list[Operation]:
-        """Return the operation that writes the anchors at the time of the sample into the table of a robot."""
+        """Return the operations that write the anchors at the time of the sample into the table of a robot."""
         if self._anchors is None:
             return []
-        return [Operation(self._name, self._anchors.placing(lines, robot), self._refuse, timed=True)]
+        checking = bind("not_finite", values=self._anchors.values.reshape(-1))
+        return [
+            Operation(self._name, self._anchors.placing(lines, robot), self._refuse, timed=True),
+            Operation(self._name, checking, self._refuse_numbers),
+        ]
 
     def effects(self, seen: Observation, tension: Array, period: float) -> list[Operation]:
         """Return the operation that adds the motion of the anchors to the rates and the work of an observed sample.
@@ -87,6 +91,15 @@ class LoopAnchors:
             period=period,
         )
         return [Operation(self._name, observe)]
+
+    def _refuse_numbers(self, _: int) -> NoReturn:
+        assert self._anchors is not None
+        k, i, axis = np.argwhere(~np.isfinite(self._anchors.values))[0]
+        what, bad = ("position", "velocity", "acceleration")[k], self._anchors.values[k, i, axis]
+        raise PluginError(
+            f"the motion of the anchors by '{self._name}' wrote {bad} into the {what} of cable '{self._cables[i]}'; "
+            "expected finite numbers"
+        )
 
     def _refuse(self, code: int) -> NoReturn:
         raise PluginError(f"the motion of the anchors by '{self._name}' returned {code}; expected 0")

@@ -10,7 +10,7 @@ import numpy as np
 from cdpr.base.errors import Diverged, PluginError
 from cdpr.native.bind import bind
 from cdpr.plugins import Backend
-from cdpr.plugins.backend import Operations, Phases
+from cdpr.plugins.backend import Operations, Phases, check_operations, checked_phases
 from cdpr.plugins.compiled import speaks_for
 from cdpr.tension.operations import Operation
 
@@ -43,6 +43,8 @@ def _alone(backend: Backend, substeps: int) -> list[Operation]:
     """Return the operations of a platform in a world of its own."""
     known = substeps <= MOST_SUBSTEPS and isinstance(backend, Backend) and speaks_for(backend.operations, backend.step)
     operations = backend.operations(substeps) if known else None
+    if operations is not None:
+        check_operations(operations, f"{type(backend).__name__}.operations")
     if not operations:
         return [Operation("backend", partial(backend.step, substeps))]
     return list(_named(backend, operations))
@@ -67,9 +69,7 @@ def _phases_of(backend: Backend) -> Phases:
             f"{type(backend).__name__} shares its engine's world, and does not separate its platform from it: "
             "implement `phases`"
         )
-    if not isinstance(phases, Phases):
-        raise PluginError(f"{type(backend).__name__}.phases: expected Phases or None, got {type(phases).__name__}")
-    return phases
+    return checked_phases(phases, f"{type(backend).__name__}.phases")
 
 
 def _named(backend: Backend, operations: Operations) -> Iterable[Operation]:

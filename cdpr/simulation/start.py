@@ -24,7 +24,7 @@ def chosen_scenario(
     overrides: Mapping[str, Any] | None,
 ) -> Scenario:
     """Load a scenario with the chosen plugins, given by name or as classes."""
-    changes = overrides or {}
+    changes = {} if overrides is None else overrides
     plugins = scenario.plugins if isinstance(scenario, Scenario) else registry()
     names: dict[str, str | None] = {}
     given: dict[Role, object] = {"backend": backend, "solver": solver, "controller": controller}
@@ -49,8 +49,8 @@ def attempt(
     out: str | os.PathLike[str] | RunFolder | None,
 ) -> Runner:
     """Load a scenario with the chosen plugins, and make the folder; nothing is built."""
-    as_it_was = not overrides and not any((backend, solver, controller))
     scenario = chosen_scenario(scenario, backend, solver, controller, overrides)
+    as_it_was = not overrides and all(each is None for each in (backend, solver, controller))
     if isinstance(out, RunFolder):
         return Runner(scenario, out.header if as_it_was else make_header(scenario), out)
     header = make_header(scenario)

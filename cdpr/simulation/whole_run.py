@@ -6,6 +6,8 @@ import os
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from cdpr.base.errors import CdprError
+from cdpr.base.problems import shown
 from cdpr.log.run import Run
 from cdpr.log.run_folder import RunFolder
 from cdpr.plugins import Backend, Controller, TensionSolver
@@ -57,6 +59,10 @@ def simulate(
         >>> run.status, run.time.shape, run.position.shape, run.tension.shape
         ('finished', (101,), (101, 3), (101, 8))
     """
+    if not isinstance(real_time, bool):
+        raise CdprError(f"simulate(real_time=): expected True or False, got {shown(real_time)}")
+    if progress is not None and not callable(progress):
+        raise CdprError(f"simulate(progress=): expected a function, got {shown(progress)}")
     chosen: dict[str, Any] = {"backend": backend, "solver": solver, "controller": controller, "overrides": overrides}
     if real_time:
         from cdpr.simulation.driver import Driver

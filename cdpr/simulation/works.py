@@ -57,6 +57,7 @@ def _declared(scenario: Scenario) -> Iterator[tuple[str, object]]:
     properties = entry.properties(scenario.backend_options(entry.info.name))  # type: ignore[arg-type]
     yield f"backend '{entry.info.name}'", properties.get("works", {})
     for part in loop_parts(scenario):
-        yield f"part of the loop '{part.name}'", part.works
+        yield part.title, part.works
+        yield part.title, part.needs.works
     for path, needs, _ in in_use(scenario):
         yield ".".join(map(str, path)), needs.works

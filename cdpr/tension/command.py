@@ -52,6 +52,10 @@ class CommandStage:
     answered = True  # there is no solver
     refusal = ""
 
+    def unanswered(self) -> str:
+        """Return no message: there is no solver."""
+        return ""
+
     def forget(self) -> None:
         """Do nothing: there are no answers to forget."""
 

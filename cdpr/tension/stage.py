@@ -160,6 +160,17 @@ class TensionStage:
         """
         perform(self.operations)
 
+    def unanswered(self) -> str:
+        """Return the message for a solver that wrote no tensions; it is called once more for its status."""
+        solving = next(each for each in self.operations if each.name == "solver")
+        status = self._status(solving.do())
+        if status == Status.OK:
+            return f"solver '{self._name}' wrote no tensions, or NaN: `solve` must write into the array it is given"
+        return (
+            f"solver '{self._name}' returned {status} for the initial state, without tensions: raise its limits of "
+            "iterations and time, and its tolerance, if it has such options, or choose another solver"
+        )
+
     def impose(self) -> None:
         """Set cables to their `held` tensions, and report the effect of all tensions on the wrench."""
         perform(self.imposing)

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cdpr.model import rotations
+from cdpr.model.frozen import given_array, given_number
 from cdpr.model.robot import Array
 from cdpr.trajectory.trajectory import COLUMNS, Trajectory, hold
 
@@ -30,6 +31,10 @@ class Limits:
     acceleration: float
     jerk: float
 
+    def __post_init__(self) -> None:
+        for name, value in list(vars(self).items()):
+            given_number(value, f"Limits({name}=)", above=0.0, finite=False)
+
 
 @dataclass(frozen=True, eq=False)
 class Stop:
@@ -38,6 +43,13 @@ class Stop:
     position: Array  # (3,), m, world
     orientation: Array  # (4,) quaternion w, x, y, z
     pause: float = 0.0  # s
+
+    def __post_init__(self) -> None:
+        vars(self).update(
+            position=given_array(self.position, (3,), "Stop(position=)"),
+            orientation=given_array(self.orientation, (4,), "Stop(orientation=)"),
+            pause=given_number(self.pause, "Stop(pause=)", least=0.0),
+        )
 
 
 def stop_to_stop(start: float, stops: Sequence[Stop], limits: Limits, angular: Limits | None) -> Trajectory:

@@ -15,6 +15,7 @@ from functools import lru_cache
 import numpy as np
 
 from cdpr.model import rotations
+from cdpr.model.frozen import given_array, given_number
 from cdpr.model.robot import Array
 from cdpr.trajectory.rotation_rates import rotation_vector_rates
 from cdpr.trajectory.spline import minimum_jerk
@@ -37,6 +38,17 @@ class Knot:
     angular_velocity: Array | None = None  # (3,), rad/s
     acceleration: Array | None = None  # (3,), m/s^2
     angular_acceleration: Array | None = None  # (3,), rad/s^2
+
+    def __post_init__(self) -> None:
+        values: dict[str, object] = {
+            "time": given_number(self.time, "Knot(time=)"),
+            "position": given_array(self.position, (3,), "Knot(position=)"),
+            "orientation": given_array(self.orientation, (4,), "Knot(orientation=)"),
+        }
+        for name in ("velocity", "angular_velocity", "acceleration", "angular_acceleration"):
+            if (rate := getattr(self, name)) is not None:
+                values[name] = given_array(rate, (3,), f"Knot({name}=)")
+        vars(self).update(values)
 
 
 def through(knots: Sequence[Knot]) -> Trajectory:

@@ -61,12 +61,12 @@ def comparison(options, folder):
 def comparison_of_runs(options, folder):
     for name, more in (("one", ()), ("other", options)):
         cdpr_here("run", "caroca", "--set", BRIEF, "--out", folder / name, *more)
-    cdpr_here("view", folder / "one", folder / "other", "--no-open", "--out", folder / "page.html")
+    cdpr_here("view", folder / "one", folder / "other", "--no-open", "--out", folder / "page.html", "--force")
     return folder / "page.html"
 
 
 def look(what, folder):
-    cdpr_here("view", what, "--no-open", "--out", folder / "page.html")
+    cdpr_here("view", what, "--no-open", "--out", folder / "page.html", "--force")
     return folder / "page.html"
 
 

@@ -63,6 +63,13 @@ class ReturningSolver(TensionSolver):
         return Status.OK
 
 
+class IdleSolver(TensionSolver):
+    """Finds nothing within its limit of iterations."""
+
+    def solve(self, W, wrench, t_min, t_max, tension):
+        return Status.NOT_FOUND
+
+
 class ArraySolver(TensionSolver):
     def solve(self, W, wrench, t_min, t_max, tension):
         return np.linalg.pinv(W) @ wrench
@@ -129,6 +136,7 @@ def simulate(role, kind, monkeypatch, tmp_path):
         ("solver", ExitingSolver, r"t = 0.018 s: solver 'broken' raised SystemExit: 3", AT - 2),
         ("solver", EarlySolver, r"solver 'broken' raised ValueError: boo", 0),
         ("solver", ReturningSolver, r"solver 'broken' wrote no tensions", 0),
+        ("solver", IdleSolver, r"solver 'broken' returned NOT_FOUND for the initial state, without tensions: raise", 0),
         ("solver", ArraySolver, r"solver 'broken' returned an array, which is not a .*Status: `solve` writes into", 0),
         ("solver", CheatingSolver, r"solver 'broken' raised ValueError: .*read-only", 0),
         ("controller", ReturningController, r"the controller wrote no wrench", 0),

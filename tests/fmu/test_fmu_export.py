@@ -263,7 +263,7 @@ def test_no_compiler_is_one_clear_error(tmp_path, cdpr):
 
 def test_nothing_is_overwritten_unasked(tmp_path, cdpr):
     (tmp_path / "a.fmu").write_text("mine")
-    assert "give --force" in cdpr("export", ROBOT, "-o", "a.fmu", code=8).stderr
+    assert "choose another --out, or --force" in cdpr("export", ROBOT, "-o", "a.fmu", code=8).stderr
     assert (tmp_path / "a.fmu").read_text() == "mine"
     cdpr("export", ROBOT, "-o", "a.fmu", "--force")
     assert open_archive(tmp_path / "a.fmu").description.name == "caroca"

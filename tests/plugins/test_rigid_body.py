@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from conftest import GRAVITY
 
+import cdpr
+from cdpr.base.errors import PluginError
 from cdpr.plugins import RigidBodyBackend
 from cdpr.plugins.backend import Phases
 from cdpr.tension.operations import Operation, perform
@@ -83,3 +85,26 @@ def test_operations_are_those_of_the_methods(kind, expected):
     other.step(2)
     assert np.linalg.norm(other.state[7:10]) > 0.0
     np.testing.assert_array_equal(backend.state, other.state)
+
+
+def returning(method, found):
+    def wrong(self, *_):
+        return found
+
+    wrong.__name__ = method
+    return type("Wrong", (Point,), {method: wrong})
+
+
+@pytest.mark.parametrize("method", ["phases", "engine_phases", "engine_operations", "operations"])
+@pytest.mark.parametrize("found", [5, "step", [5], [None], (len, 5)])
+def test_wrong_results_of_methods_name_the_plugin(method, found):
+    wrong = returning(method, found)
+    expected = {"phases": "Phases", "engine_phases": "Phases"}.get(method, "a (list of functions|function)")
+    with pytest.raises(PluginError, match=rf"Wrong\.{method}(\[\d\])?: expected {expected}, got "):
+        cdpr.simulate("caroca", backend=wrong, overrides={"simulation.duration": 0.01})
+
+
+def test_phases_without_lists_name_the_phase():
+    wrong = returning("engine_phases", Phases([], 5, []))
+    with pytest.raises(PluginError, match=r"Wrong\.engine_phases\.step: expected a list of functions, got 5"):
+        cdpr.simulate("caroca", backend=wrong, overrides={"simulation.duration": 0.01})

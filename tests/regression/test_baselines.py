@@ -1,7 +1,7 @@
 """Stored baselines: runs give the same results as before. After an intended change, save them again by
 
-cdpr baseline save scenarios/{caroca,off_centre_mass,planar,cable_break}.yaml --out tests/regression/baselines
-cdpr baseline save scenarios/rotated_start.yaml --backends mujoco,bullet,dart --out tests/regression/baselines
+cdpr baseline save scenarios/{caroca,off_centre_mass,planar,cable_break}.yaml --out tests/regression/baselines --force
+cdpr baseline save scenarios/rotated_start.yaml --backends mujoco,bullet,dart --out tests/regression/baselines --force
 """
 
 from __future__ import annotations

@@ -23,10 +23,11 @@ from cdpr.formats.write.native import native_files
 from cdpr.formats.write.ros2 import packages
 from cdpr.link.peer import greeting_of
 from cdpr.scenario import check
-from cdpr.scenario.needs import declarations, in_use, omitted, part_declarations, require, supported
+from cdpr.scenario.needs import declarations, in_use, part_declarations
 from cdpr.scenario.schema import ScenarioSection
 from cdpr.simulation.build import build
 from cdpr.simulation.exported import control_of
+from cdpr.simulation.needs import omitted, require, supported
 from cdpr.ui.cli import cli
 from cdpr.ui.gui.session import SimulationSession
 from cdpr.ui.live.drive import drive

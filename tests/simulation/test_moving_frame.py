@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import ROOT
-from moving_anchors import Broken, Carriage
+from moving_anchors import Broken, Carriage, Spoiling
 from plants import installed
 from pydantic import Field
 from restarts import assert_restarts_give
@@ -15,10 +15,11 @@ from cdpr.base.errors import CdprError, PluginError, ScenarioError
 from cdpr.base.fields import Section
 from cdpr.base.needs import of_moving_anchors
 from cdpr.mechanics.kinematics import wrench_matrix
-from cdpr.scenario.needs import lacking, require
+from cdpr.scenario.needs import lacking
 from cdpr.simulation import loop_parts
 from cdpr.simulation.build import faults
 from cdpr.simulation.loop_part import LoopPart
+from cdpr.simulation.needs import require
 
 CAROCA, WINCH, BELIEVED = (str(ROOT / "scenarios" / f"{name}.yaml") for name in ("caroca", "winch", "believed"))
 SHORT = {"simulation.duration": 0.05}
@@ -112,6 +113,17 @@ def test_rollouts_have_the_bits_of_single_runs(run):
         assert np.array_equal(batch["rate"][i], single.rate)
 
 
+@pytest.mark.parametrize(("after", "samples"), [(0.02, 21), (-1.0, 0)])
+@pytest.mark.parametrize(("of", "bad"), [("position", np.nan), ("velocity", np.inf), ("acceleration", -np.inf)])
+@pytest.mark.parametrize("backend", BACKENDS)
+def test_a_motion_that_is_not_finite_is_named(run, backend, of, bad, after, samples):
+    spoilt = type("Spoilt", (Spoiling,), {"of": of, "bad": bad, "after": after})
+    expected = f"by 'carriage' wrote {bad} into the {of} of cable 'cable_3'; expected finite numbers"
+    with pytest.raises(PluginError, match=expected) as told:
+        run(CAROCA, spoilt, **{"simulation.backend": backend})
+    assert len(told.value.run.rows) == samples
+
+
 @pytest.mark.parametrize("backend", BACKENDS)
 def test_a_motion_that_fails_ends_the_run(run, backend):
     with pytest.raises(PluginError, match=r"the motion of the anchors by 'carriage' returned 7; expected 0"):
@@ -144,7 +156,7 @@ def test_a_plugin_without_support_is_rejected_without_a_section(monkeypatch, cha
     scenario = cdpr.load_scenario(CAROCA, overrides={**SHORT, **changes})
     (fault,) = faults(scenario)
     assert str(fault.error).startswith(
-        f"part of the loop 'carriage' moves the anchors: {who}, with its options, does not support features: moving"
+        f"part of the loop 'carriage': {who}, with its options, does not support features: moving"
     )
     use(monkeypatch, LoopPart)
     assert list(faults(scenario)) == []
@@ -189,7 +201,8 @@ def test_needs_of_a_section_that_moves_the_anchors(monkeypatch):
         speed: float = Field(description="of the frame")
         needs = of_moving_anchors()
 
-    monkeypatch.setattr("cdpr.scenario.needs.in_use", lambda scenario: [(("frame",), Frame.needs, None)])
+    for module in ("scenario", "simulation"):
+        monkeypatch.setattr(f"cdpr.{module}.needs.in_use", lambda scenario: [(("frame",), Frame.needs, None)])
     for use in ("plant_fmu", "controller_fmu", "bare_controller_fmu", "native", "mjcf", "sdf", "urdf"):
         with pytest.raises(ScenarioError, match="its cables leave from anchors at rest"):
             require(scenario, use)

@@ -185,5 +185,5 @@ def test_phases_of_another_type_are_rejected(found):
             pass
 
     plants = [Wrong(samples.free(), GRAVITY, 1e-3, None) for _ in range(2)]
-    with pytest.raises(PluginError, match=rf"Wrong\.phases: expected Phases or None, got {type(found).__name__}"):
+    with pytest.raises(PluginError, match=r"Wrong\.phases: expected Phases, got "):
         moving(plants, 1)

@@ -12,8 +12,8 @@ from cdpr.base.errors import PluginError, ScenarioError
 from cdpr.model import Box
 from cdpr.model.shapes import Obstacle
 from cdpr.plugins import Environment
-from cdpr.scenario.needs import omitted, require
 from cdpr.simulation.build import faults
+from cdpr.simulation.needs import omitted, require
 from cdpr.testing import check_backend, samples
 
 CAROCA = ROOT / "scenarios" / "caroca.yaml"

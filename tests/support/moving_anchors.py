@@ -60,3 +60,22 @@ class Broken(Carriage):
 
         self.kept = good
         return Foreign(fail)
+
+
+class Spoiling(Carriage):
+    """Writes a bad number into an array of the third anchor from a time on."""
+
+    of, bad, after = "position", np.nan, 0.02
+
+    def anchor_motion(self, anchors):
+        good = super().anchor_motion(anchors)
+
+        @OPERATION
+        def spoil(_, time):
+            good(time)
+            if time > self.after:
+                getattr(anchors, self.of)[2, 1] = self.bad
+            return 0
+
+        self.kept = good
+        return Foreign(spoil, anchors.values)

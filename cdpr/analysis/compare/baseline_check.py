@@ -18,6 +18,7 @@ from cdpr.analysis.compare.scenarios import changes
 from cdpr.analysis.jobs.pool import Case, Outcome, run_cases
 from cdpr.base.errors import CdprError, ScenarioError
 from cdpr.base.temporary import TemporaryFolder
+from cdpr.log.files import require_new
 from cdpr.log.run import Run
 from cdpr.scenario import Scenario, load_scenario
 from cdpr.scenario.repeatable import check_repeatable
@@ -47,6 +48,7 @@ def save(
     overrides: Sequence[str] = (),
     jobs: int = 1,
     progress: Progress = lambda done, total: None,
+    force: bool = False,
 ) -> list[Path]:
     """Run scenarios and write their baselines into `folder`; return the files.
 
@@ -57,11 +59,12 @@ def save(
         overrides: changes of the scenarios, `key=value`.
         jobs: number of processes.
         progress: called with the number of finished runs and the total.
+        force: replace existing baselines.
 
     Raises:
         ScenarioError: if a scenario is invalid.
         PluginError: if a plugin is missing.
-        OutputError: if a file cannot be written.
+        OutputError: if a file exists without `force`, or cannot be written.
         CdprError: if a run fails; nothing is written then.
     """
     chosen: Sequence[str | None] = backends or [None]
@@ -82,6 +85,8 @@ def save(
     names = [each.name for each in kept]
     if twice := sorted({name for name in names if names.count(name) > 1}):
         raise CdprError(f"two baselines would have the name {', '.join(twice)}: give each scenario a unique name")
+    for name in names:
+        require_new(folder / name, force)
     return [baseline_file.write(each, folder) for each in kept]
 
 
@@ -140,7 +145,8 @@ def _changed(source: Path, kept: Baseline, before: Scenario) -> str:
         return ""
     described = ", ".join(f"{key} was {old}, is {new}" for key, old, new in found[:3])
     more = f" and {len(found) - 3} more" if len(found) > 3 else ""
-    return f"the scenario {source} has changed: {described}{more}; if the change is intended, save the baseline again"
+    remedy = "if the change is intended, save the baseline again (--force)"
+    return f"the scenario {source} has changed: {described}{more}; {remedy}"
 
 
 def _run(

@@ -21,8 +21,8 @@ from cdpr.config.problems import judged
 from cdpr.log.run_folder import claim, folder_name
 from cdpr.log.run_json import to_json
 from cdpr.scenario.loader import AnyScenario, load_scenario
-from cdpr.scenario.needs import require
 from cdpr.scenario.repeatable import check_repeatable
+from cdpr.simulation.needs import require
 
 RUNS = "runs"
 RESERVED = "compare.json.tmp"  # reserves a folder until compare.json is written

@@ -13,6 +13,12 @@ from cdpr.plugins.registry import plugin_files
 BEGUN = "begun"  # sent once per case: imports and setup are done, the run begins
 
 
+def _parts() -> tuple[str, ...]:
+    from cdpr.simulation.loop_parts import entries  # slow to import, and not needed to read outcomes
+
+    return entries()
+
+
 @dataclass(frozen=True)
 class Case:
     """One run in its own process."""
@@ -23,6 +29,7 @@ class Case:
     out: str | None = None  # run folder, new or empty; without one only the outcome is kept
     text: str | None = None  # text of the scenario, if it differs from the file
     plugins: tuple[PluginFile, ...] = field(default_factory=plugin_files)  # plugin files, besides installed plugins
+    parts: tuple[str, ...] = field(default_factory=_parts)  # of the loop, which the worker must have, too
 
 
 @dataclass(frozen=True)

@@ -27,6 +27,7 @@ from cdpr.native.operations import operations
 from cdpr.plugins.registry import registry, use_files
 from cdpr.scenario import Scenario, load_scenario
 from cdpr.scenario.schema import ScenarioSection
+from cdpr.simulation.loop_parts import check_entries
 from cdpr.simulation.whole_run import simulate
 
 
@@ -106,6 +107,7 @@ _before: dict[str, Scenario] = {}  # last scenario by file; cases differ in a fe
 
 def _load(case: Case) -> Scenario:
     use_files(case.plugins)
+    check_entries(case.parts)
     before = _before.get(case.scenario)
     same = before is not None and before.plugins is registry()
     scenario = load_scenario(case.scenario, text=case.text, overrides=case.changes, before=before if same else None)

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from cdpr.analysis.rollouts.case import BLOCK, Case, Plan
 from cdpr.analysis.rollouts.group import Group
-from cdpr.analysis.rollouts.vary import check_count, values_of
+from cdpr.analysis.rollouts.vary import check_count, check_seed, values_of
 from cdpr.base import tolerances
 from cdpr.base.errors import CdprError, PluginError
 from cdpr.base.nearest import did_you_mean
@@ -26,11 +26,11 @@ from cdpr.native.operations import LANES
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.scenario import Scenario
 from cdpr.scenario.loader import AnyScenario
-from cdpr.scenario.needs import require
 from cdpr.scenario.repeatable import check_repeatable
 from cdpr.simulation.branches import Snapshot
 from cdpr.simulation.live import ExclusiveAccess
 from cdpr.simulation.moment import Moment
+from cdpr.simulation.needs import require
 from cdpr.simulation.start import chosen_scenario
 
 
@@ -85,8 +85,9 @@ class Batch:
         solver: str | type[TensionSolver] | None = None,
         controller: str | type[Controller] | None = None,
     ) -> None:
-        n = check_count(lanes, "Batch")
+        n = check_count(lanes, "Batch: lanes")
         chosen = {"backend": backend, "solver": solver, "controller": controller}
+        check_seed(seed, "Batch")
         values = {} if vary is None else values_of(vary, n, seed, overrides, chosen, "Batch")
         base = chosen_scenario(scenario, backend, solver, controller, overrides)
         check_repeatable(base, "a batch")

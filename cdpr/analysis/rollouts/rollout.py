@@ -33,12 +33,13 @@ from cdpr.plugins.classes import PluginFile
 from cdpr.plugins.registry import plugin_files, use_files
 from cdpr.scenario import Scenario
 from cdpr.scenario.loader import AnyScenario
-from cdpr.scenario.needs import require, supported
 from cdpr.scenario.repeatable import check_repeatable
 from cdpr.simulation.build import build
 from cdpr.simulation.columns import chosen_plugins
 from cdpr.simulation.header import plugins_of, versions_of
 from cdpr.simulation.loop import Loop
+from cdpr.simulation.loop_parts import check_entries, entries
+from cdpr.simulation.needs import require, supported
 from cdpr.simulation.start import chosen_scenario
 
 KIND = "rollout"
@@ -115,6 +116,8 @@ def rollout(
     n = check_count(n)
     chosen = {"backend": backend, "solver": solver, "controller": controller}
     values = values_of(vary, n, seed, overrides, chosen)
+    if scheduler is not None and not isinstance(scheduler, str):
+        raise CdprError(f"rollout: scheduler: expected an address such as tcp://host:8786, got {shown(scheduler)}")
     if scheduler is not None and not all(
         each is None or isinstance(each, str) for each in (backend, solver, controller)
     ):
@@ -255,10 +258,11 @@ def _on_cluster(chunks: Iterator[Chunk], address: str, done: Callable[[list[Outc
             raise CdprError(f"rollout: the cases from {key} on were {lost}; with out= the same call continues")
         done(*found)
 
-    spread(address, partial(_run_on_worker, plugin_files()), jobs, end)
+    spread(address, partial(_run_on_worker, plugin_files(), entries()), jobs, end)
 
 
-def _run_on_worker(files: tuple[PluginFile, ...], chunk: Chunk) -> tuple[list[Outcome], Array]:
-    """Run a chunk on a cluster's worker, with the same plugins as here."""
+def _run_on_worker(files: tuple[PluginFile, ...], parts: tuple[str, ...], chunk: Chunk) -> tuple[list[Outcome], Array]:
+    """Run a chunk on a cluster's worker, with the same plugins and parts of the loop as here."""
     use_files(files)
+    check_entries(parts)
     return run_chunk(chunk)

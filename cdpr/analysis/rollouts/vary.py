@@ -24,7 +24,7 @@ from cdpr.scenario.schema import MAX_SEED
 FIXED: tuple[Path, ...] = (("simulation", "duration"), ("simulation", "control_step"), ("simulation",), ("log",))
 
 
-def check_count(n: object, title: str = "rollout") -> int:
+def check_count(n: object, title: str = "rollout: n") -> int:
     """Return the number of cases.
 
     Raises:
@@ -33,6 +33,12 @@ def check_count(n: object, title: str = "rollout") -> int:
     if isinstance(n, bool) or not isinstance(n, int | np.integer) or not 1 <= n <= MAX_COUNT:
         raise CdprError(f"{title}: expected a whole number of cases from 1 to {MAX_COUNT}, got {shown(n)}")
     return int(n)
+
+
+def check_seed(seed: object, title: str) -> None:
+    """Raise CdprError with the `title` unless it is a whole number that seeds may have."""
+    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or not 0 <= seed <= MAX_SEED:
+        raise CdprError(f"{title}: seed: expected a whole number from 0 to {MAX_SEED}, got {shown(seed)}")
 
 
 def values_of(
@@ -52,15 +58,13 @@ def values_of(
     Raises:
         ScenarioError: with all errors, one per line.
     """
-    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or not 0 <= seed <= MAX_SEED:
-        raise CdprError(f"{title}: seed: expected a whole number from 0 to {MAX_SEED}, got {shown(seed)}")
+    check_seed(seed, title)
     if not isinstance(vary, Mapping) or not vary:
         raise CdprError(f"{title}: vary: expected {{key: values}} of at least one key, got {shown(vary)}")
     problems = Problems()
     mark = Mark("vary")
-    taken: dict[Path, str] = {
-        nominal.renamed(change.path): "overrides set" for change in read_overrides(overrides or {}, problems)
-    }
+    changes = read_overrides({} if overrides is None else overrides, problems)
+    taken: dict[Path, str] = {nominal.renamed(change.path): "overrides set" for change in changes}
     taken |= {tuple(CHOICES[name].split(".")): f"{name}= sets" for name, value in chosen.items() if value is not None}
     found: dict[str, Sequence[Any]] = {}
     for key, given in vary.items():

@@ -20,7 +20,7 @@ from cdpr.fmu.export.description import IDENTIFIER, build_description, configura
 from cdpr.fmu.export.library import FLAGS, NATIVE, SOURCE, library, sources, target
 from cdpr.fmu.export.variables import Model
 from cdpr.fmu.read import trust
-from cdpr.log.files import temporary_of
+from cdpr.log.files import require_new, temporary_of
 
 # earliest time that a zip archive supports
 EPOCH = (1980, 1, 1, 0, 0, 0)
@@ -60,8 +60,7 @@ def write_fmu(
     """
     if out.exists() and not out.is_file():
         raise OutputError(f"{out}: is not a regular file; choose another --out")
-    if out.exists() and not force:
-        raise OutputError(f"{out}: exists; choose another --out or give --force")
+    require_new(out, force)
     content = fmu_bytes(model, fmi, source_only, platforms)
     _write(out, content)
     sha256 = hashlib.sha256(content).hexdigest()

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from cdpr.base.errors import CdprError, FormatError, OutputError, PartsLeftOut
+from cdpr.base.errors import CdprError, FormatError, PartsLeftOut
 from cdpr.base.nearest import did_you_mean
 from cdpr.base.problems import shown
 from cdpr.formats.write import TARGETS
@@ -16,13 +16,13 @@ from cdpr.formats.write.export_model import Options, begin, left_out
 from cdpr.formats.write.export_model import export as text_of
 from cdpr.log.export import EXPORTS
 from cdpr.log.export import export as write_table
-from cdpr.log.files import make_folder, name_from, output_path, replace
+from cdpr.log.files import make_folder, name_from, output_path, replace, require_new
 from cdpr.log.reader import load_run
 from cdpr.log.run import Run
 from cdpr.scenario import load_scenario
 from cdpr.scenario.loader import AnyRobot, robot_or_scenario
-from cdpr.scenario.needs import omitted as left_out_of
 from cdpr.scenario.option_migration import outside
+from cdpr.simulation.needs import omitted as left_out_of
 
 PACKAGES, NATIVE = "ros2", "native"  # folders, not files
 
@@ -98,8 +98,7 @@ def _model(what: AnyRobot, to: str, out: str | os.PathLike[str] | None, force: b
     subject = begin(robot_or_scenario(what), to)
     target = _output(f"{name_from(subject.robot.name)}{TARGETS[to].ending}" if out is None else out)
     text = text_of(subject, to, Options(**options))
-    if target.exists() and not force:
-        raise OutputError(f"'{target}' already exists and is not overwritten; choose another name, or force=True")
+    require_new(target, force, "choose another name, or force=True")
     make_folder(target.parent)
     replace(target, text)
     _warn(left_out(subject, to))

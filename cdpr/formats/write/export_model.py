@@ -19,8 +19,8 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.model.shapes import Box, Cylinder, Mesh, Sphere
 from cdpr.scenario import Scenario
-from cdpr.scenario.needs import omitted, require
 from cdpr.scenario.schema import World
+from cdpr.simulation.needs import omitted, require
 
 PLATFORM = "#4878a8"  # default colour
 FRAME = "#808080"

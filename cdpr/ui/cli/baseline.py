@@ -8,7 +8,7 @@ import json
 import click
 
 from cdpr.base.errors import ExitCode
-from cdpr.ui.cli.names import OutPath, change_keys, names, plugin_files, plugin_option
+from cdpr.ui.cli.names import OutPath, change_keys, force_option, names, plugin_files, plugin_option
 from cdpr.ui.cli.numbers import Whole
 from cdpr.ui.cli.progress import Progress, terminating
 
@@ -21,11 +21,14 @@ def command() -> None:
 @command.command("save")
 @click.argument("scenarios", metavar="SCENARIO...", nargs=-1, required=True, type=click.Path())
 @click.option("--out", required=True, type=OutPath(), help="Folder for the baselines, one file each.")
+@force_option
 @plugin_option("--backends", "backend", metavar="A,B", help="Engines, instead of each scenario's own.")
 @change_keys("Change a key of all scenarios; repeatable.")
 @plugin_files
 @click.option("--jobs", type=Whole(1), default=1, show_default=True, help="Number of parallel processes.")
-def save(scenarios: tuple[str, ...], out: str, backends: str | None, changes: tuple[str, ...], jobs: int) -> None:
+def save(
+    scenarios: tuple[str, ...], out: str, force: bool, backends: str | None, changes: tuple[str, ...], jobs: int
+) -> None:
     """Run SCENARIOs and save baselines."""
     from pathlib import Path
 
@@ -34,7 +37,7 @@ def save(scenarios: tuple[str, ...], out: str, backends: str | None, changes: tu
     chosen = None if backends is None else names(backends)
     with terminating(), Progress("runs") as progress:
         files = baseline_check.save(
-            scenarios, Path(out), backends=chosen, overrides=changes, jobs=jobs, progress=progress
+            scenarios, Path(out), backends=chosen, overrides=changes, jobs=jobs, progress=progress, force=force
         )
     for file in files:
         click.echo(file)

@@ -9,7 +9,7 @@ import click
 
 from cdpr.base.errors import CdprError, ExitCode
 from cdpr.base.redirect_output import redirect_output
-from cdpr.ui.cli.names import OutPath, names, plugin_files, plugin_option
+from cdpr.ui.cli.names import OutPath, force_option, names, plugin_files, plugin_option, require_new_in
 from cdpr.ui.cli.numbers import Whole
 from cdpr.ui.cli.progress import Progress
 
@@ -39,6 +39,7 @@ def command() -> None:
 )
 @plugin_files
 @click.option("--out", type=OutPath(), help="Folder for bench.json, bench.html and the figures.")
+@force_option
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def solvers(
     robots: tuple[str, ...],
@@ -48,6 +49,7 @@ def solvers(
     solvers: str,
     changes: tuple[str, ...],
     out: str | None,
+    force: bool,
     as_json: bool,
 ) -> None:
     """Solve the same random problems by all tension solvers and compare coverage, accuracy, jumps and time.
@@ -59,6 +61,8 @@ def solvers(
 
     from cdpr.scenario import load_robot
 
+    if out is not None:
+        require_new_in(out, ("bench.json", "bench.html"), force)
     options = _options(changes)
     loaded = [load_robot(path) for path in robots or ROBOTS]
     chosen = None if solvers == "all" else names(solvers)

@@ -104,7 +104,7 @@ def _packages(file: str, changes: tuple[str, ...], out: Path | None) -> tuple[Pa
 
 def _native(file: str, changes: tuple[str, ...], out: Path | None, force: bool) -> tuple[Path, dict[str, int]]:
     from cdpr.formats.write.native import write_native
-    from cdpr.scenario.needs import omitted
+    from cdpr.simulation.needs import omitted
     from cdpr.ui.cli.load import print_lines
 
     loaded = _scenario(file, changes, f"{NATIVE} requires a scenario (for its controller), got a robot")
@@ -127,9 +127,9 @@ def _scenario(file: str, changes: tuple[str, ...], refusal: str) -> Scenario:
 def _robot(
     file: str, changes: tuple[str, ...], to: str, given: dict[str, str], out: Path | None, force: bool
 ) -> tuple[Path, dict[str, int]]:
-    from cdpr.base.errors import CdprError, OutputError
+    from cdpr.base.errors import CdprError
     from cdpr.formats.write.export_model import Options, begin, export, left_out
-    from cdpr.log.files import make_folder, replace
+    from cdpr.log.files import make_folder, replace, require_new
     from cdpr.scenario.examples import is_run
     from cdpr.ui.cli.load import load_with_warnings, print_lines
 
@@ -139,8 +139,7 @@ def _robot(
     text = export(subject, to, Options(**given))
     print_lines(f"left out: {each}" for each in left_out(subject, to))
     out = out or Path(f"{subject.robot.name}{TARGETS[to].ending}")
-    if out.exists() and not force:
-        raise OutputError(f"'{out}' already exists and is not overwritten; choose another --out, or --force")
+    require_new(out, force)
     make_folder(out.parent)
     replace(out, text)
     return out, {}

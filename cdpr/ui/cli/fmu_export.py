@@ -72,7 +72,7 @@ def command(
     from cdpr.fmu.export import NATIVE, Actuator, Controller, Load, Model, Plant, write_fmu
     from cdpr.mechanics.kinematics import make_state
     from cdpr.mechanics.properties import home_pose
-    from cdpr.scenario.needs import omitted, require
+    from cdpr.simulation.needs import omitted, require
 
     if with_winch and only_winch:
         raise click.UsageError("--with-winch and --only-winch exclude each other")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from cdpr.ui.cli.load import load_with_warnings, strict_option
-from cdpr.ui.cli.names import OutPath, change_keys, plugin_files
+from cdpr.ui.cli.names import OutPath, change_keys, force_option, plugin_files, require_new_in
 
 if TYPE_CHECKING:
     from cdpr.scene import Pictures
@@ -21,17 +21,20 @@ if TYPE_CHECKING:
 )
 @change_keys("Change any key of the file.")
 @click.option("--out", type=OutPath(), help="Folder for a drawing (robot.svg) and the figures (info.json).")
+@force_option
 @plugin_files
 @strict_option
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(
-    file: str, pose: str | None, changes: tuple[str, ...], out: str | None, strict: bool, as_json: bool
+    file: str, pose: str | None, changes: tuple[str, ...], out: str | None, force: bool, strict: bool, as_json: bool
 ) -> None:
     """Analyse a robot at a pose, and the motion of a scenario.
 
     The default of --pose is the robot's home, or the scenario's initial pose. A motion is evaluated by inverse
     kinematics and dynamics, without simulation. Tensions are those of the solver qp, of minimum 2-norm.
     """
+    if out is not None:
+        require_new_in(out, ("info.json", "robot.svg"), force)
     loaded = load_with_warnings(file, changes, strict=strict)
     # imported only after the file is valid, because it is slow
     from cdpr.ui.cli.analyse_motion import portray

@@ -66,6 +66,21 @@ def change_keys(text: str) -> Decorator:
     return click.option("--set", "changes", metavar="KEY=VALUE", multiple=True, shell_complete=keys, help=text)
 
 
+def force_option(command: Any) -> Any:
+    """Add the option --force to a command that writes files."""
+    return click.option("--force", is_flag=True, help="Replace files that exist.")(command)
+
+
+def require_new_in(folder: str, files: tuple[str, ...], force: bool) -> None:
+    """Raise OutputError if one of these files exists in a folder, unless `force` allows to replace it."""
+    from pathlib import Path
+
+    from cdpr.log.files import require_new
+
+    for name in files:
+        require_new(Path(folder) / name, force)
+
+
 def plugin_option(flag: str, role: Role, *name: str, **more: Any) -> Decorator:
     """Return an option for names of plugins, with shell completion."""
     return click.option(flag, *name, shell_complete=plugins(role), **more)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cdpr.base.errors import CdprError, OutputError
-from cdpr.ui.cli.names import OutPath, change_keys, plugin_files
+from cdpr.ui.cli.names import OutPath, change_keys, force_option, plugin_files
 from cdpr.ui.cli.numbers import Real
 
 if TYPE_CHECKING:
@@ -42,6 +42,7 @@ CELLS = "10"
 @click.option("--upper", metavar="X,Y,Z", help="Highest corner, m.")
 @click.option("--cells", metavar="N|NX,NY,NZ", help="Cells along the longest side, or along each side. [10]")
 @click.option("--out", type=OutPath(), help="Output page, .html, which prints on one sheet.")
+@force_option
 @plugin_files
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(
@@ -54,6 +55,7 @@ def command(
     upper: str | None,
     cells: str | None,
     out: str | None,
+    force: bool,
     as_json: bool,
 ) -> None:
     """Size cables, drums and motors for several scenarios and runs.
@@ -69,6 +71,10 @@ def command(
     target = None if out is None else Path(out)
     if target is not None and (target.suffix != ".html" or target.is_dir()):
         raise OutputError(f"{target}: --out: expected the name of a page that ends in .html")
+    if target is not None:
+        from cdpr.log.files import require_new
+
+        require_new(target, force)
     from cdpr.analysis.sizing import sizing, with_one_broken
     from cdpr.ui.report.text.sizing import lines
 

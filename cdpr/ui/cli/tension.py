@@ -11,7 +11,7 @@ import click
 from cdpr.base.defaults import SOLVER
 from cdpr.base.errors import PluginError
 from cdpr.base.redirect_output import redirect_output
-from cdpr.ui.cli.names import OutPath, change_keys, plugin_files, plugin_option
+from cdpr.ui.cli.names import OutPath, change_keys, force_option, plugin_files, plugin_option, require_new_in
 from cdpr.ui.cli.names import names as listed
 
 if TYPE_CHECKING:
@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 )
 @change_keys("Change any key of the file.")
 @click.option("--out", type=OutPath(), help="Folder for the picture (tension.svg) and the figures (tension.json).")
+@force_option
 @plugin_files
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(
@@ -51,6 +52,7 @@ def command(
     names: tuple[str, ...],
     changes: tuple[str, ...],
     out: str | None,
+    force: bool,
     as_json: bool,
 ) -> None:
     """Distribute one wrench at one pose among the cables, with one solver, several or all, and compare the answers.
@@ -62,6 +64,8 @@ def command(
     from cdpr.scenario import Scenario
     from cdpr.ui.cli.load import load_with_warnings
 
+    if out is not None:
+        require_new_in(out, ("tension.json", "tension.svg"), force)
     loaded = load_with_warnings(file, changes)
     # imported only after the file is valid, because it is slow
     from cdpr.analysis.distribution.comparison import compare, describe

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cdpr.base.errors import CdprError, OutputError
-from cdpr.ui.cli.names import OutPath, change_keys, names, plugin_files
+from cdpr.ui.cli.names import OutPath, change_keys, force_option, names, plugin_files
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -37,6 +37,7 @@ FIGURES = {".pdf": b"%PDF-1.4\n%\xac\xdc", ".svg": b"<?xml", ".png": b"\x89PNG"}
 )
 @click.option("--cables", metavar="A,B", help="Names or numbers of the cables in the figure.")
 @click.option("--out", type=OutPath(), help="File for the page (default: view.html in the user's cache, overwritten).")
+@force_option
 @click.option("--open/--no-open", "show", default=True, help="Open the page in the browser.")
 def command(
     what: tuple[str, ...],
@@ -46,6 +47,7 @@ def command(
     width: str | None,
     cables: str | None,
     out: str | None,
+    force: bool,
     show: bool,
 ) -> None:
     """Write a page that shows a run, several runs, a robot or a scenario's motion in space, and open it.
@@ -56,11 +58,11 @@ def command(
     from cdpr.log.files import replace_markup
 
     if figure is not None:
-        _figure(what, pose, changes, (figure, width, cables), out)
+        _figure(what, pose, changes, (figure, width, cables), out, force)
         return
     if width is not None or cables is not None:
         raise click.UsageError("--width and --cables are of a figure: give --figure, too")
-    path = None if out is None else _page_at(Path(out))
+    path = None if out is None else _page_at(Path(out), force)
     page = _runs(what, pose, changes) if _are_runs(what) else _view_page(what, pose, changes)
     path = path or _usual()
     replace_markup(path, page)
@@ -78,6 +80,7 @@ def _figure(
     changes: tuple[str, ...],
     options: tuple[str, str | None, str | None],
     out: str | None,
+    force: bool,
 ) -> None:
     """Plot quantities of a run into a file."""
     from io import BytesIO
@@ -98,6 +101,7 @@ def _figure(
         path,
         lambda content: content.startswith(FIGURES[kind]) and DRAWN_BY.encode() in content,
         f"figure in {kind[1:].upper()} that cdpr drew",
+        force,
     )
     shown = None if cables is None else names(cables)
     drawn = load_run(what[0]).plot(*names(figure), cables=shown, width="ieee" if width is None else width)
@@ -107,19 +111,22 @@ def _figure(
     click.echo(path)
 
 
-def _page_at(path: Path) -> Path:
+def _page_at(path: Path, force: bool) -> Path:
     """Return the path of a page."""
     from cdpr.ui.report.pages.page import is_page
 
     path = path / PAGE if path.is_dir() else path
-    _only_over(path, is_page, "page that cdpr wrote")
+    _only_over(path, is_page, "page that cdpr wrote", force)
     return path
 
 
-def _only_over(path: Path, ours: Callable[[bytes], bool], what: str) -> None:
-    """Raise OutputError if the file exists and was not written by cdpr."""
+def _only_over(path: Path, ours: Callable[[bytes], bool], what: str, force: bool) -> None:
+    """Raise OutputError if the file exists without `force`, or was not written by cdpr."""
+    from cdpr.log.files import require_new
+
     if path.exists() and not (path.is_file() and ours(path.read_bytes())):
         raise OutputError(f"'{path}' already exists and is not a {what}: it is not overwritten; choose another name")
+    require_new(path, force)
 
 
 def _are_runs(what: Sequence[str]) -> bool:

@@ -6,13 +6,14 @@ from pathlib import Path
 
 import click
 
-from cdpr.ui.cli.names import OutPath
+from cdpr.ui.cli.names import OutPath, force_option
 
 
 @click.command("export")
 @click.argument("file", type=click.Path())
 @click.option("--out", type=OutPath(), required=True, help="Output file: .vti, .vtu, .ply or .csv.")
-def command(file: str, out: str) -> None:
+@force_option
+def command(file: str, out: str, force: bool) -> None:
     """Convert a workspace FILE for other programs.
 
     NAME.vti is an image of all cells for ParaView, NAME.vtu the boxes proved by certify, NAME.ply the surface as a mesh
@@ -20,7 +21,9 @@ def command(file: str, out: str) -> None:
     """
     from cdpr.analysis.workspace.export import export
     from cdpr.analysis.workspace.result import load_workspace
+    from cdpr.log.files import require_new
 
+    require_new(Path(out), force)
     found = load_workspace(file)
     Path(out).parent.mkdir(parents=True, exist_ok=True)
     export(found, out)

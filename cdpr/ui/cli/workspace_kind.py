@@ -13,7 +13,7 @@ from cdpr.base.errors import ExitCode, OutputError
 from cdpr.model import Robot
 from cdpr.scenario.examples import resolve
 from cdpr.ui.cli import chunked
-from cdpr.ui.cli.names import OutPath, change_keys, plugin_files
+from cdpr.ui.cli.names import OutPath, change_keys, force_option, plugin_files
 from cdpr.ui.cli.numbers import Real, Whole, number
 from cdpr.ui.cli.workspace_compare import ORACLES
 
@@ -97,6 +97,7 @@ def command_of(name: str, text: str) -> click.Command:
         resume: bool,
         scheduler: str | None,
         out: str | None,
+        force: bool,
         as_json: bool,
         box: str | None = None,
         ellipsoid: str | None = None,
@@ -110,12 +111,13 @@ def command_of(name: str, text: str) -> click.Command:
         to = chunked.chunked_of(chunks, resume, scheduler, method, jobs, out)
         if oracle is not None and to is not None:
             raise click.UsageError("--oracle does not support --chunks: use 'cdpr workspace compare' on the folder")
-        _run(name, file, changes, place, over, options | {"required": required}, jobs, to, out, as_json, oracle)
+        target = target_of(out, force)
+        _run(name, file, changes, place, over, options | {"required": required}, jobs, to, target, as_json, oracle)
 
     unit = f" ({kind.unit})" if kind.unit else ""
     run.__doc__ = f"{text}\n\n    The value is the {kind.value}{unit}. {_more(kind.needs)}"
     command: Any = run
-    for option in reversed([*_OPTIONS[:-2], *options, *chunked.OPTIONS, *_OPTIONS[-2:]]):
+    for option in reversed([*_OPTIONS[:-3], *options, *chunked.OPTIONS, *_OPTIONS[-3:]]):
         command = option(command)
     return click.command(name)(command)
 
@@ -162,6 +164,7 @@ _OPTIONS = (
     click.option("--at-least", type=Real(), metavar="VALUE", help="Required value for a pose to be inside."),
     click.option("--jobs", type=Whole(1, 1024), metavar="N", help="Number of threads (default: one per core)."),
     click.option("--out", type=OutPath(), help="File, .npz."),
+    force_option,
     click.option("--json", "as_json", is_flag=True, help="Print JSON."),
 )
 
@@ -193,7 +196,7 @@ def _run(
     options: dict[str, Any],
     jobs: int | None,
     to: chunked.Chunked | None,
-    out: str | None,
+    target: Path | None,
     as_json: bool,
     oracle: str | None,
 ) -> None:
@@ -207,7 +210,6 @@ def _run(
     from cdpr.ui.cli.pose_option import parse_attitude, pose_and_gravity
     from cdpr.ui.cli.progress import Progress
 
-    target = target_of(out)
     robot, gravity, _, _ = pose_and_gravity(loaded, None)
     turned = [parse_attitude(text, robot) for text in place.orientation]
     source = source_of(loaded, file, changes)  # recorded as loaded
@@ -239,15 +241,19 @@ def _run(
         raise click.exceptions.Exit(ExitCode.DISAGREES)
 
 
-def target_of(out: str | None) -> Path | None:
+def target_of(out: str | None, force: bool) -> Path | None:
     """Return the file of --out.
 
     Raises:
-        OutputError: if its name is no such file.
+        OutputError: if its name is no such file, or if it exists without `force`.
     """
     target = None if out is None else Path(out)
     if target is not None and (target.suffix != ".npz" or target.is_dir()):
         raise OutputError(f"{target}: --out: expected the name of a file that ends in .npz")
+    if target is not None:
+        from cdpr.log.files import require_new
+
+        require_new(target, force)
     return target
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import click
 
 from cdpr.base.errors import OutputError
-from cdpr.ui.cli.names import OutPath
+from cdpr.ui.cli.names import OutPath, force_option
 from cdpr.ui.cli.numbers import number
 
 
@@ -16,13 +16,14 @@ from cdpr.ui.cli.numbers import number
 @click.argument("file", type=click.Path())
 @click.option("--slice", "slices", multiple=True, metavar="AXIS=M", help="Slice, such as z=1.0; repeatable. [three]")
 @click.option("--out", type=OutPath(), help="Output page, .html. [beside FILE]")
-def command(file: str, slices: tuple[str, ...], out: str | None) -> None:
+@force_option
+def command(file: str, slices: tuple[str, ...], out: str | None, force: bool) -> None:
     """Draw a workspace FILE on a page: with its robot in space, which can be rotated, and slices through it.
 
     The page is self-contained.
     """
     from cdpr.analysis.workspace.result import load_workspace
-    from cdpr.log.files import replace_markup
+    from cdpr.log.files import replace_markup, require_new
     from cdpr.ui.cli.workspace_compare import robot_of
     from cdpr.ui.report.pages.workspace import render_workspace
 
@@ -30,6 +31,7 @@ def command(file: str, slices: tuple[str, ...], out: str | None) -> None:
     target = Path(file).with_suffix(".html") if out is None else Path(out)
     if target.suffix != ".html" or target.is_dir():
         raise OutputError(f"{target}: --out: expected the name of a page that ends in .html")
+    require_new(target, force)
     text = render_workspace(found, robot_of(found, file), [_slice(each) for each in slices])
     target.parent.mkdir(parents=True, exist_ok=True)
     replace_markup(target, text)

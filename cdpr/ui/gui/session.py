@@ -25,9 +25,9 @@ from cdpr.scenario.events.faults import CableFault
 from cdpr.scenario.events.limits import TensionLimits
 from cdpr.scenario.events.loads import Wrench
 from cdpr.scenario.events.payload import Payload
-from cdpr.scenario.needs import require
 from cdpr.simulation import Simulation
 from cdpr.simulation.events import MOST
+from cdpr.simulation.needs import require
 from cdpr.simulation.runner import SESSION_NAME
 from cdpr.simulation.session import table_beside
 from cdpr.tension.stage import MEANING

@@ -13,9 +13,9 @@ from cdpr.log.run import Run
 from cdpr.log.run_folder import RunFolder
 from cdpr.scenario import Scenario
 from cdpr.scenario.events import first_sample
-from cdpr.scenario.needs import require
 from cdpr.simulation.clock import checked_speed
 from cdpr.simulation.driver import WAITS, Driver
+from cdpr.simulation.needs import require
 from cdpr.simulation.requests import Level, Request
 from cdpr.simulation.simulation import Simulation
 from cdpr.ui.live import RATES

@@ -116,10 +116,8 @@ def test_a_changed_scenario_is_reported_as_changed(kept):
     path.write_text(path.read_text().replace("kp: 100 ", "kp: 90 "))
     (found,) = baseline_check.check(kept / "kept")
     assert found.outcome == "differs"
-    assert (
-        "caroca.yaml has changed: controller.kp was 100.0, is 90.0; if the change is intended, save the baseline again"
-        in found.detail
-    )
+    remedy = "if the change is intended, save the baseline again (--force)"
+    assert f"caroca.yaml has changed: controller.kp was 100.0, is 90.0; {remedy}" in found.detail
     path.write_text("robot: 7\n")
     (found,) = baseline_check.check(kept / "kept")
     assert "has changed and is now invalid" in found.detail

@@ -226,7 +226,7 @@ def test_out_holds_a_drawing_and_the_figures(tmp_path):
     assert svg.startswith("<svg xmlns=")
     assert ">path<" in svg
     assert json.loads((folder / "info.json").read_text()) == figures(SCENARIOS / "planar.yaml")
-    info(SCENARIOS / "robots" / "planar.yaml", "--out", folder)
+    info(SCENARIOS / "robots" / "planar.yaml", "--out", folder, "--force")
     assert ">path<" not in (folder / "robot.svg").read_text()
     (tmp_path / "file").write_text("")
     with pytest.raises(OutputError, match="cannot be written"):

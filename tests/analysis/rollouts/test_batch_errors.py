@@ -12,7 +12,7 @@ import cdpr
 from cdpr.analysis.rollouts import case as case_module
 
 WRONG = {
-    "lanes": (lambda batch: make(n=0), "Batch: expected a whole number of cases"),
+    "lanes": (lambda batch: make(n=0), "Batch: lanes: expected a whole number of cases"),
     "every value": (lambda batch: make(n=2, vary={"robot.platform.mass": [-1.0, -2.0]}), "robot.platform.mass"),
     "steps": (lambda batch: batch.step(0), "step: expected a whole number of steps"),
     "kind of steps": (lambda batch: batch.step(True), "step: expected a whole number of steps"),

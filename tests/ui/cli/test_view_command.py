@@ -27,7 +27,7 @@ def runs(tmp_path_factory):
 def shown(tmp_path, *arguments):
     """Return the content of the page of these arguments, and its text."""
     page = tmp_path / "page.html"
-    done = cdpr_here("view", *arguments, "--no-open", "--out", page)
+    done = cdpr_here("view", *arguments, "--no-open", "--out", page, "--force")
     assert done.stdout.strip() == str(page)
     text = page.read_text()
     block = re.search(r'<script type="application/json" id="data">(.*?)</script>', text)
@@ -131,8 +131,8 @@ def test_only_a_page_is_written_over(tmp_path):
     done = cdpr_here("view", robot, "--no-open", "--out", robot, code=8)
     assert "robot.yaml' already exists and is not a page that cdpr wrote: it is not overwritten" in done.stderr
     assert robot.read_bytes() == before
-    for _ in range(2):
-        cdpr_here("view", robot, "--no-open", "--out", tmp_path)
+    for more in (), ("--force",):
+        cdpr_here("view", robot, "--no-open", "--out", tmp_path, *more)
     assert is_page(page.read_bytes())
 
 

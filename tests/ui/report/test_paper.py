@@ -200,7 +200,7 @@ def test_the_command_line_draws_figures_of_a_run(tmp_path):
     assert done.stdout.strip() == str(out)
     assert b"CIDFontType2" in font_types(out.read_bytes())
     first = out.read_bytes()
-    assert cdpr_here(*what, out).returncode == 0  # over a figure of its kind
+    assert cdpr_here(*what, out, "--force").returncode == 0  # over a figure of its kind
     assert out.read_bytes() == first
     (tmp_path / "mine.pdf").write_text("%PDF-1.7 precious")
     assert "is not a figure in PDF" in cdpr_here(*what, tmp_path / "mine.pdf", code=8).stderr
@@ -212,7 +212,7 @@ def test_the_command_line_draws_figures_of_a_run(tmp_path):
         assert f"is not a figure in {suffix.upper()} that cdpr drew" in cdpr_here(*what, theirs, code=8).stderr
         assert theirs.read_bytes() == before
         assert cdpr_here(*what, tmp_path / f"ours.{suffix}").returncode == 0
-        assert cdpr_here(*what, tmp_path / f"ours.{suffix}").returncode == 0
+        assert cdpr_here(*what, tmp_path / f"ours.{suffix}", "--force").returncode == 0
     assert cdpr_here(*what, tmp_path / "TENSION.PDF", "--width", "5").returncode == 0
     for empty in (("--figure", ","), ("--width", "")):
         cdpr_here(*what, tmp_path / "none.pdf", *empty, code=2)

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from cdpr.base.errors import OutputError
 from cdpr.formats.write.native.header import header_text
 from cdpr.formats.write.native.layout import Layout
-from cdpr.log.files import make_folder, replace
+from cdpr.log.files import make_folder, replace, require_new
 from cdpr.scenario import Scenario
 from cdpr.simulation.exported import control_of
 
@@ -35,8 +34,7 @@ def write_native(scenario: Scenario, folder: Path, force: bool = False) -> list[
     """
     content = native_files(scenario)
     for name in content:
-        if (folder / name).exists() and not force:
-            raise OutputError(f"'{folder / name}' exists; choose another --out or give --force")
+        require_new(folder / name, force)
     make_folder(folder)
     for name, data in content.items():
         replace(folder / name, data)

@@ -18,7 +18,7 @@ from cdpr.formats.write.native import HEADER, NUMBERS, native_files
 from cdpr.log.files import replace
 from cdpr.scenario import Scenario
 from cdpr.scenario.named_files import files_of_scenario
-from cdpr.scenario.needs import omitted, require
+from cdpr.simulation.needs import omitted, require
 
 FILES = Path(__file__).parent / "files"
 
