@@ -258,7 +258,7 @@ def cdpr_backends() -> list[PluginInfo]:
         PluginInfo(
             name=FMU,
             factory="cdpr_backends.fmu:FmuBackend",
-            summary="plant as an FMU (FMI 2.0 or 3.0, co-simulation); without `file`, cdpr exports the robot as an FMU",
+            summary="an FMU of the plant (FMI 2.0 or 3.0, co-simulation): `file`, or by default one that cdpr exports",
             requires=("fmpy",),
             extra="cdpr[fmu]",
             properties={"order": 4, "snapshot": True, "load": True, "exits": ALL_EXITS, "scheme": "rk4"},

@@ -31,7 +31,8 @@ def _cells(column: Column) -> tuple[str, ...]:
 
 
 def _places(column: Column) -> str:
-    return "; ".join(f"`{topic}` {field}" for topic, field in column.topics)
+    first, *second = (f"`{topic}` {field}" for topic, field in column.topics)
+    return f"{first}; with ideal cables `{column.topics[1][0]}` instead" if second else first
 
 
 def updated(text: str) -> str:

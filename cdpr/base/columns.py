@@ -169,7 +169,8 @@ FIRST: tuple[Column, ...] = (
         "residual",
         1,
         "N",
-        f"Error of the wrench: norm of (W x tension) - wrench in the controlled directions, {_BY_LENGTH}",
+        "Norm of the difference between the wrench of the commanded tensions and `wrench`, in the controlled "
+        f"directions, {_BY_LENGTH}",
         places=_SOLVER,
     ),
     Column(
@@ -212,7 +213,7 @@ LOADED: tuple[Column, ...] = (
         "load_energy",
         1,
         "J",
-        "Energy of all attached payloads at their attachment, minus that of released payloads at their release",
+        "Sum of the energies that payloads added when attached, minus those that they removed when released",
     ),
 )
 # Columns that are NaN for cables without limits, and infinite without a limit on one side, such as after a power cut. A

@@ -217,8 +217,8 @@ class ScenarioSection(Section):
     )
     limits: Literal["warn", "stop"] = Field(
         "warn",
-        description="reaction to violated limits of length, speed and tension: warn reports the number of samples, "
-        "stop ends the run",
+        description="reaction to violated limits of length, speed and tension: `warn` reports the number of samples "
+        "with violations, `stop` ends the run at the first violation",
         json_schema_extra=tab("control", 1),
     )
     actuators: Actuators | None = Field(

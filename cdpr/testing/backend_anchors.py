@@ -23,7 +23,7 @@ MOTION = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double)
 
 
 def uniform_motion_changes_nothing(subject: BackendSubject) -> None:
-    """If the same constant velocity is added to anchors and platform, their relative motion is the same.
+    """A constant velocity, added to both anchors and platform, does not change their relative motion.
 
     The cables are evaluated with the anchors at the time of the evaluation: for semi-implicit schemes, at the start of
     the physics step.

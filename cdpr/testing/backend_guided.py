@@ -16,7 +16,7 @@ from cdpr.testing.subjects import BackendSubject
 
 
 def guided_state_round_trip(subject: BackendSubject) -> None:
-    """After `reset(start)` of a guided platform, `state` equals `start`. Commands act on their own cables."""
+    """After `reset(start)` of a guided platform, `state` equals `start`."""
     rng = np.random.default_rng(30)
     backend = subject.guided(samples.planar_state(rng))
     for _ in range(50):
@@ -26,7 +26,7 @@ def guided_state_round_trip(subject: BackendSubject) -> None:
 
 
 def guided_wrench_accelerates(subject: BackendSubject) -> None:
-    """A guided platform accelerates by its equations of motion: gravity, cables, external wrench."""
+    """Gravity, each cable and the external wrench accelerate a guided platform by its equations of motion."""
     _accelerates(subject, samples.planar(), samples.planar_state(np.random.default_rng(31), speed=0.0))
 
 
@@ -86,7 +86,7 @@ def spherical_state_round_trip(subject: BackendSubject) -> None:
 
 
 def spherical_wrench_accelerates(subject: BackendSubject) -> None:
-    """A platform on a ball joint accelerates by its equations of motion: gravity, cables, moments."""
+    """Gravity, each cable and the external wrench accelerate a platform on a ball joint by its equations of motion."""
     _accelerates(subject, samples.spherical(), samples.spherical_state(np.random.default_rng(35), speed=0.0))
 
 

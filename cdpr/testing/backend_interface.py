@@ -50,7 +50,7 @@ def arrays_are_kept(subject: BackendSubject) -> None:
 
 
 def made_and_closed_twice(subject: BackendSubject) -> None:
-    """A plant that is created after another one was closed gives identical states."""
+    """Two plants in one process, the second created after the first was closed, have identical states."""
     expect_same_bits(_ride(subject), _ride(subject), "state of a second plant after 200 steps")
 
 
@@ -155,7 +155,7 @@ def snapshot_restores(subject: BackendSubject) -> None:
 
 
 def columns_are_written(subject: BackendSubject) -> str:
-    """In each sample, the declared columns contain finite numbers. The plugin writes nothing else."""
+    """In each sample, all declared columns contain finite numbers. The plugin writes only into its own columns."""
     start = samples.state(np.random.default_rng(9), tilt=0.3)
     backend = subject.make(start)
 
@@ -195,7 +195,7 @@ def keeps_quiet(subject: BackendSubject) -> None:
 
 
 def nothing_leaks(subject: BackendSubject) -> None:
-    """After 40 plants were created and closed, no open file, no thread and at most 4 MB of memory remain."""
+    """40 more plants, created and closed, leave at most one open file, one thread and 4 MB of memory."""
     needs(os.path.isdir("/proc/self/fd"), "only Linux reports the resources of a process")
 
     def cycle(count: int) -> tuple[int, int, int]:

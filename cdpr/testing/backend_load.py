@@ -16,14 +16,14 @@ ROUND_OFF = 1e-9  # in the state after some steps
 
 
 def mass_changes_in_place(subject: BackendSubject) -> None:
-    """`load` does not change state and clock. The motion is then that of a new plant with the new mass."""
+    """`load` changes neither state nor clock. The motion after `load` is that of a new plant with the new mass."""
     needs(subject.properties.get("load"), "it does not declare load")
     start = samples.state(np.random.default_rng(70), tilt=0.3)
     _moves_like_a_new_one(subject, samples.free(), start)
 
 
 def guided_mass_changes_in_place(subject: BackendSubject) -> None:
-    """For a guided platform, `load` meets the requirement of `mass_changes_in_place`, too."""
+    """The same as `mass_changes_in_place`, for a guided platform."""
     needs(subject.properties.get("load"), "it does not declare load")
     start = samples.planar_state(np.random.default_rng(71))
     subject.close(subject.guided(start))  # it may refuse guided platforms
@@ -46,7 +46,7 @@ def _moves_like_a_new_one(subject: BackendSubject, robot: Robot, start: Array) -
 
 
 def snapshot_restores_after_load(subject: BackendSubject) -> None:
-    """A snapshot taken before or after `load` restores the same states, if its robot is loaded first."""
+    """After `load` of the robot at the time of a snapshot and then `restore`, the plant repeats the same states."""
     needs(subject.properties.get("load"), "it does not declare load")
     needs(subject.properties.get("snapshot"), "it does not declare snapshot")
     robot = samples.free()

@@ -64,7 +64,7 @@ def gravity_pulls(subject: BackendSubject) -> None:
 
 
 def external_wrench_acts_on_the_origin(subject: BackendSubject) -> None:
-    """The external wrench acts at the origin, in world axes, with the full inertia, in any attitude."""
+    """Each external force and moment acts at the origin, in world axes, on the full inertia tensor."""
     for k, part in enumerate(np.eye(6)):
         _accelerates(subject, NO_GRAVITY, NO_COMMAND, 100.0 * part, f"acceleration by external[{k}]")
 
@@ -109,7 +109,7 @@ def wrench_ends(subject: BackendSubject) -> None:
 
 
 def coasting_keeps_velocity(subject: BackendSubject) -> None:
-    """A free body keeps a high or a very low velocity: the engine does not damp it or set it to zero."""
+    """A free body keeps its velocity, of 3 m/s or 1e-4 m/s: the engine neither damps it nor sets it to zero."""
     for speed in (3.0, 1e-4):
         start = samples.state(np.random.default_rng(14), speed=speed)
         backend = subject.make(start, samples.ball(), NO_GRAVITY, 1e-2)
@@ -119,7 +119,7 @@ def coasting_keeps_velocity(subject: BackendSubject) -> None:
 
 
 def coasts_however_slowly(subject: BackendSubject) -> None:
-    """A free body keeps even a velocity of about 1e-9 m/s or rad/s: the engine does not set it to zero."""
+    """A free body keeps even a velocity of 1e-9 m/s or rad/s: the engine does not set it to zero."""
     for speed in SLOW:
         for part, what in ((slice(7, 10), "m/s"), (slice(10, 13), "rad/s")):
             start = samples.state(np.random.default_rng(14), speed=0.0)
@@ -154,7 +154,7 @@ def _after_a_step(subject: BackendSubject, gravity: Array, command: Array, exter
 
 
 def long_fall(subject: BackendSubject) -> None:
-    """In a fall of 30 s, the engine does not limit the speed, except to the declared `speed_max`."""
+    """In a fall of 30 s, the speed increases by g times the time, up to a declared `speed_max`."""
     limit = float(subject.properties.get("speed_max", math.inf))
     h = 1e-2
     steps = int(min(3000.0, 0.9 * limit / (9.81 * h)))
@@ -226,7 +226,7 @@ def _shows(subject: BackendSubject, command: Array, external: Array) -> None:
 
 
 def order_is_as_declared(subject: BackendSubject) -> str:
-    """With constant commands, the error is proportional to step^`order`."""
+    """With constant commands, the error of the state is proportional to step^`order`."""
     order = subject.properties.get("order")
     needs(order is not None, "it declares no order")
     rng = np.random.default_rng(5)

@@ -21,7 +21,7 @@ STEPS = 600
 
 
 def obstacles_stop_the_platform(subject: BackendSubject) -> None:
-    """A platform that falls onto an obstacle does not pass through it, also after another `reset`."""
+    """A platform that falls onto an obstacle does not pass through it. After `reset`, it stops there again."""
     _needs_obstacles(subject)
     start = np.zeros(13)
     start[2:4] = RADIUS + FALL, 1.0

@@ -86,7 +86,7 @@ def period_is_whole(subject: ControllerSubject) -> str:
 
 
 def inputs_may_change(subject: ControllerSubject) -> None:
-    """With `observe`: if the limits change or a cable breaks during a run, the output is still finite."""
+    """A controller with `observe` has a finite output even if the limits change or a cable breaks during a run."""
     controller = subject.make(samples.braced())
     needs(type(controller).observe is not Controller.observe, "it does not observe limits and held cables")
     for k in range(40):
@@ -112,7 +112,7 @@ def platform_is_renewed(subject: ControllerSubject) -> None:
 
 
 def columns_are_written(subject: ControllerSubject) -> str:
-    """In each sample, the declared columns contain finite numbers. The plugin writes nothing else."""
+    """In each sample, all declared columns contain finite numbers. The plugin writes only into its own columns."""
     robot = samples.braced()
     controller = subject.make(robot)
 
@@ -123,7 +123,7 @@ def columns_are_written(subject: ControllerSubject) -> str:
 
 
 def options_change(subject: ControllerSubject) -> str:
-    """After `change`, outputs are identical to those of a new object. A change back restores the old outputs."""
+    """After `change`, outputs are identical to those of a new object with these options. A change back undoes it."""
     return expect_changes(
         subject.changeable,
         subject.options,
@@ -133,7 +133,7 @@ def options_change(subject: ControllerSubject) -> str:
 
 
 def snapshot_restores(subject: ControllerSubject) -> None:
-    """After each `restore`, the outputs repeat. A controller without snapshots raises an error instead."""
+    """After each `restore` of a snapshot, the outputs repeat. Skipped if `snapshot` raises a `PluginError`."""
     controller = subject.make(samples.braced())
     for k in range(30):
         subject.compute(controller, *_motion(k), time=1e-3 * k)
@@ -150,7 +150,7 @@ def snapshot_restores(subject: ControllerSubject) -> None:
 
 
 def on_target_it_carries_the_weight(subject: ControllerSubject) -> None:
-    """At rest at the target, the wrench balances the weight, for any position of the centre of mass."""
+    """At rest at the target, the wrench balances the weight, also if the centre of mass is not at the origin."""
     needs(not subject.commands, "it puts out commands, no wrench")
     for seed, gravity in ((1, GRAVITY), (2, np.array([1.0, -2.0, -5.0])), (3, NO_GRAVITY)):
         state = _rest(seed)
@@ -160,7 +160,7 @@ def on_target_it_carries_the_weight(subject: ControllerSubject) -> None:
 
 
 def it_pulls_towards_the_target(subject: ControllerSubject) -> None:
-    """If the target moves along an axis or rotates about it, this force or moment increases."""
+    """A target shifted along an axis increases the force along it. A target rotated about it increases the moment."""
     robot, state = samples.braced(), _rest(4)
     W = kinematics.wrench_matrix(robot, state)
     balance = _wrench(subject, W, subject.compute(subject.make(robot), state, _target(state)))
@@ -178,7 +178,7 @@ def _wrench(subject: ControllerSubject, W: Array, out: Array) -> Array:
 
 
 def directions_are_equal(subject: ControllerSubject) -> None:
-    """If robot, motion and gravity are rotated, the wrench rotates, too. Skipped for `isotropic: false`."""
+    """If robot, motion and gravity are rotated, so is the wrench; commands stay. Skipped for `isotropic: false`."""
     needs(subject.properties.get("isotropic", True), "it declares isotropic: false")
     robot = samples.braced()
     q = samples.attitude(np.random.default_rng(5))

@@ -56,7 +56,7 @@ def answers_balance(subject: SolverSubject) -> str:
 
 
 def answers_are_within_the_limits(subject: SolverSubject) -> None:
-    """If the status is OK, tensions are within the limits, to 1e-6 N. Skipped for `respects_bounds: false`."""
+    """If the status is OK, no tension exceeds a limit by more than 1e-6 N. Skipped for `respects_bounds: false`."""
     needs(subject.respects_bounds, "it declares respects_bounds: false")
     for problem, tension in _answered(subject):
         over = float(np.maximum(problem.t_min - tension, tension - problem.t_max).max())
@@ -79,7 +79,7 @@ def what_can_be_solved_is_solved(subject: SolverSubject) -> None:
 
 
 def infeasible_is_never_ok(subject: SolverSubject) -> None:
-    """If no tensions within the limits balance the wrench, the status is not OK."""
+    """The status of an infeasible problem is different from OK. Skipped for `respects_bounds: false`."""
     needs(subject.respects_bounds, "it declares respects_bounds: false")
     for group in subject.limited(samples.infeasible()):
         solver = subject.make(group[0].robot)
@@ -88,7 +88,7 @@ def infeasible_is_never_ok(subject: SolverSubject) -> None:
 
 
 def unreachable_is_never_ok(subject: SolverSubject) -> None:
-    """If no tensions at all balance the wrench (too few cables, or a singular W), the status is not OK."""
+    """If the cables cannot produce the wrench with any tensions, for example if W is singular, the status is not OK."""
     rng = np.random.default_rng(50)
     robot = samples.sparse()
     solver = subject.make(robot)
@@ -105,7 +105,7 @@ def unreachable_is_never_ok(subject: SolverSubject) -> None:
 
 
 def limits_are_the_arguments(subject: SolverSubject) -> None:
-    """The solver uses the limits of the call. Limits and wrench times 1000 give tensions times 1000."""
+    """The solver uses `t_min` and `t_max`, not the robot's limits: 1000 times limits and wrench give 1000 times t."""
     for group in samples.feasible():
         solver = subject.make(group[0].robot)
         for problem in group[:50]:
@@ -119,7 +119,7 @@ def limits_are_the_arguments(subject: SolverSubject) -> None:
 
 
 def cables_may_come_in_any_order(subject: SolverSubject) -> None:
-    """Each cable has the same tension in any order of the cables. Skipped for `continuity: jump`."""
+    """If the order of the cables changes, each cable keeps its tension. Skipped for `continuity: jump`."""
     needs(subject.properties.get("continuity") != "jump", "it declares continuity: jump")
     for k, group in enumerate(samples.feasible()):
         order = np.random.default_rng(60 + k).permutation(group[0].robot.m)
@@ -162,7 +162,7 @@ def _expect_no_jump(subject: SolverSubject, solver: TensionSolver, path: Path) -
 
 
 def misleading_problems_are_answered_truly(subject: SolverSubject) -> str:
-    """OK and INFEASIBLE are correct in difficult cases, such as thin sets of tensions and a singular W."""
+    """With `exact` or `coverage: full`, OK and INFEASIBLE are correct for difficult problems, such as a singular W."""
     full, most = subject.properties.get("coverage") == "full", subject.properties.get("max_redundancy", "any")
     needs(
         (subject.declares("exact") or full) and subject.respects_bounds,

@@ -61,7 +61,7 @@ def instances_agree(subject: SolverSubject) -> None:
 
 
 def answers_do_not_depend_on_the_past(subject: SolverSubject) -> None:
-    """Earlier problems have no effect on an answer. With `warm_start`, a small effect is allowed."""
+    """Earlier problems do not change an answer. With `warm_start`, tensions may change by 1e-6 of the largest limit."""
     for group, other in zip(samples.feasible(), samples.infeasible(), strict=True):
         used = subject.make(group[0].robot)
         for problem, hard in zip(group[:40], other[:40], strict=True):
@@ -100,7 +100,7 @@ def the_platform_does_not_matter(subject: SolverSubject) -> None:
 
 
 def columns_are_written(subject: SolverSubject) -> str:
-    """In each sample, the declared columns contain finite numbers. The plugin writes nothing else."""
+    """In each sample, all declared columns contain finite numbers. The plugin writes only into its own columns."""
     group = samples.feasible()[0]
     solver = subject.make(group[0].robot)
     return expect_written(
@@ -109,7 +109,7 @@ def columns_are_written(subject: SolverSubject) -> str:
 
 
 def options_change(subject: SolverSubject) -> str:
-    """After `change`, answers are identical to those of a new object. A change back restores the old answers."""
+    """After `change`, answers are identical to those of a new object with these options. A change back undoes it."""
     group = samples.feasible()[0]
     return expect_changes(
         subject.changeable,
@@ -132,7 +132,7 @@ def bad_input_raises_nothing(subject: SolverSubject) -> None:
 
 
 def views_are_answered_alike(subject: SolverSubject) -> None:
-    """The inputs may be read-only parts of longer arrays (C-contiguous float64), with the same answer."""
+    """If the inputs are read-only parts of longer arrays (C-contiguous float64), the answer is the same."""
     for problem in samples.feasible()[2][:10]:
         view = replace(problem, **{name: _view(getattr(problem, name)) for name in ARRAYS})  # type: ignore[arg-type]
         wanted, found = solve(subject.make(problem.robot), problem), solve(subject.make(problem.robot), view)
@@ -149,7 +149,7 @@ def _view(array: Array) -> Array:
 
 
 def memory_never_decides(subject: SolverSubject) -> None:
-    """Old values in the solver's own arrays have no effect. The check writes NaN, 1e30 and 0 into them."""
+    """Old values in the solver's own arrays do not change an answer. The check writes NaN, 1e30 and 0 into them."""
     hard = [problems for _, problems in samples.misleading(40, seed=300)[2:6]]
     groups = [*(group[:20] for group in (*samples.feasible(), *samples.infeasible())), *hard]
     if subject.declares("slow"):
@@ -249,7 +249,7 @@ def _spoilt(problem: Problem) -> list[Problem]:
 
 
 def degenerate_problems_are_answered(subject: SolverSubject) -> None:
-    """If OK, answers are correct for a zero wrench, locked, cut or equal cables, few cables, a singular W."""
+    """If the status of a degenerate problem is OK, W t equals the wrench."""
     for group in samples.feasible():
         solver = subject.make(group[0].robot)
         for problem in group[:10]:

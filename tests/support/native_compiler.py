@@ -57,12 +57,12 @@ def kernels(target, folder, *more):
 
 
 def build_library(root):
-    """Compile the kernel library of a copy of the program, for one instruction set and in little time."""
+    """Compile the kernel library of a copy of the program, for one instruction set and without optimisation."""
     native, out = root / "cdpr" / "native", root / "objects"
     out.mkdir()
     given = ["-DCDPR_ONE_TARGET", "-DCDPR_TARGET=portable", '-DCDPR_TARGET_NAME="portable"']
     paths = [f"-I{native / 'include'}", f"-I{root}"]
-    options = ["-O1", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno", *given, *paths]
+    options = ["-O0", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off", "-fno-math-errno", *given, *paths]
     for header in root.glob("cdpr*/**/*.hpp"):  # as an install does, for FMUs
         there = native / "include" / header.relative_to(root)
         if native not in header.parents and not there.exists():
