@@ -8,7 +8,6 @@ import highspy
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cdpr.base.redirect_output import native_to_stderr
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr_solvers.library import LibrarySolver
@@ -24,6 +23,14 @@ SETTINGS = {
 }
 
 
+class _SilentHighs(highspy.Highs):  # type: ignore[misc]  # highspy declares no types
+    """HiGHS without output, also during construction, in which it registers callbacks and prints a banner."""
+
+    def enableCallbacks(self) -> None:  # noqa: N802 - overrides a method of highspy
+        self.silent()
+        super().enableCallbacks()
+
+
 class Highs(LibrarySolver):
     """min sum of N x subject to low <= N x <= high, a vertex, exact to round-off.
 
@@ -35,9 +42,8 @@ class Highs(LibrarySolver):
 
     def __init__(self, robot: Robot, options: Any) -> None:
         super().__init__(robot, options)
-        with native_to_stderr():  # its banner appears before it can be silenced
-            self._solver = highspy.Highs()
-        self._solver.silent()
+        self._solver = _SilentHighs()
+        self._solver.silent()  # again, for versions that register no callbacks
         settings = {
             **SETTINGS,
             "primal_feasibility_tolerance": options.tolerance,

@@ -82,6 +82,7 @@ def unit(symbol: str) -> dict[str, Any]:
 
 
 TAB = "x-tab"  # key of a JSON Schema: tab of a field, and its rank there
+HOME = "x-home"  # key of a JSON Schema: true if the robot's home replaces a field that its class requires
 
 
 def tab(name: str, rank: int = 0) -> dict[str, Any]:

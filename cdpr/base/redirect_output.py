@@ -30,37 +30,6 @@ def redirect_output() -> Iterator[None]:
 
 
 @contextmanager
-def native_to_stderr() -> Iterator[None]:
-    """Redirect stdout of native code to stderr inside the block, for libraries without a quiet mode.
-
-    Only for calls that happen once, such as constructors: the whole process has a single stdout.
-    """
-    with _stdout:
-        out = _redirected()
-        try:
-            yield
-        finally:
-            if out is not None:
-                os.dup2(out, 1)
-                os.close(out)
-
-
-def _redirected() -> int | None:
-    """Redirect stdout to stderr; return a copy of stdout, or None if either is closed and nothing changed."""
-    try:
-        sys.stdout.flush()
-        out = os.dup(1)
-    except (AttributeError, OSError, ValueError):
-        return None
-    try:
-        os.dup2(2, 1)
-    except OSError:
-        os.close(out)
-        return None
-    return out
-
-
-@contextmanager
 def discarded_output() -> Iterator[None]:
     """Discard all output of the process inside the block, including output of native code."""
     with _stdout:

@@ -7,7 +7,7 @@ union gives the errors of the intended branch, or one message that names all bra
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -52,6 +52,8 @@ BOUNDS = {
 OBVIOUS = 4  # items up to which a list needs no explanation, as a quaternion
 FEW = 3  # largest number of suggested places for a misplaced key
 
+Search = Callable[[str], list[Path]]  # places of keys of this name in the whole file
+
 
 @dataclass(frozen=True)
 class Message:
@@ -73,15 +75,26 @@ class _Fault:
     kinds: tuple[str, ...] = ()  # kinds of value expected by all branches together
 
 
-def explain(error: ValidationError, model: type[BaseModel], data: Any, core_keys: Iterable[str] = ()) -> list[Message]:
-    """Return the problems of `data`; `core_keys` are allowed in addition to the keys of `model`."""
+def explain(
+    error: ValidationError,
+    model: type[BaseModel],
+    data: Any,
+    core_keys: Iterable[str] = (),
+    search: Search | None = None,
+    base: Path = (),
+) -> list[Message]:
+    """Return the problems of `data`; `core_keys` are allowed in addition to the keys of `model`.
+
+    `search` finds other places of an unknown key in the file, whose section `base` is `data`. By default, only the
+    sections below the key's own are searched.
+    """
     faults = [
         _fault(row, data) for row in error.errors(include_url=False) if row["type"] != "default_factory_not_called"
     ]
     faults = [replace(fault, kinds=_kinds(fault, model, data)) for fault in faults]
     messages: dict[Path, Message] = {}
     for fault in _collapse(faults, 0):
-        messages.setdefault(fault.path, _message(fault, model, data, tuple(core_keys)))
+        messages.setdefault(fault.path, _message(fault, model, data, tuple(core_keys), search, base))
     return list(messages.values())
 
 
@@ -145,7 +158,9 @@ def _kinds(fault: _Fault, model: type[BaseModel], data: Any) -> tuple[str, ...]:
     return (KINDS[fault.type],)
 
 
-def _message(fault: _Fault, model: type[BaseModel], data: Any, core_keys: tuple[str, ...]) -> Message:
+def _message(
+    fault: _Fault, model: type[BaseModel], data: Any, core_keys: tuple[str, ...], search: Search | None, base: Path
+) -> Message:
     path, found = fault.path, shown(fault.value)
     place = describe(model, path, data)
     unit = f" ({place.unit})" if place.unit else ""
@@ -154,7 +169,7 @@ def _message(fault: _Fault, model: type[BaseModel], data: Any, core_keys: tuple[
         return Message(path, f"required but not given{meaning}{unit}")
     if fault.type == "extra_forbidden":
         allowed = (*core_keys, *describe(model, path[:-1], data).keys)
-        return _unknown_key(path, allowed, below(model, path[:-1], data, str(path[-1])))
+        return _unknown_key(path, allowed, _key_meant(fault, model, data, allowed, search, base))
     if fault.type in ("union_tag_invalid", "union_tag_not_found", "model_attributes_type") and place.types:
         return _unknown_type(fault, place.types)
     if fault.type == "literal_error" and len(fault.kinds) == 1:
@@ -195,18 +210,34 @@ def _remedy(fault: _Fault, place: Place) -> str:
     return f"; write {value}, without the unit: it is always {unit}"
 
 
-def _unknown_key(path: Path, allowed: tuple[str, ...], elsewhere: list[Path]) -> Message:
-    key = str(path[-1])
+def _unknown_key(path: Path, allowed: tuple[str, ...], hint: str) -> Message:
     listed = f"allowed: {', '.join(allowed)}" if allowed else "none is allowed here"
-    return Message(path, f"unknown key {shown(key)}: {_key_meant(key, allowed, elsewhere)}{listed}", at_key=True)
+    return Message(path, f"unknown key {shown(path[-1])}: {hint}{listed}", at_key=True)
 
 
-def _key_meant(key: str, allowed: tuple[str, ...], elsewhere: list[Path]) -> str:
-    """Return a suggestion: the same key at a deeper level, if there are few places, else a similar allowed key."""
-    if not 0 < len(elsewhere) <= FEW:
-        return did_you_mean(key, allowed)
-    written = f", written {_nested(elsewhere[0])}" if len(elsewhere) == 1 else ""
-    return f"did you mean {' or '.join(map(dotted, elsewhere))}{written}? "
+def _key_meant(
+    fault: _Fault, model: type[BaseModel], data: Any, allowed: tuple[str, ...], search: Search | None, base: Path
+) -> str:
+    """Return a suggestion: the same key in deeper sections, else a similar allowed key, else the key anywhere.
+
+    If the unknown key is a section with a single key, as in `--set a.b=1`, the single key is searched, too.
+    """
+    *parent, key = fault.path
+    in_file = search if search is not None else lambda _: []
+    at_root = search is not None and not base and not parent
+    places = in_file(str(key)) if at_root else below(model, tuple(parent), data, str(key))
+    if hint := _places(places, written=True) or did_you_mean(str(key), allowed) or _places(in_file(str(key))):
+        return hint
+    value = fault.value
+    while isinstance(value, dict) and len(value) == 1:
+        ((key, value),) = value.items()
+    return _places(in_file(str(key)))
+
+
+def _places(places: list[Path], written: bool = False) -> str:
+    """Return a suggestion of a few places of a key, with the YAML text if there is only one and it is `written`."""
+    text = f", written {_nested(places[0])}" if written and len(places) == 1 else ""
+    return f"did you mean {' or '.join(map(dotted, places))}{text}? " if 0 < len(places) <= FEW else ""
 
 
 def _nested(path: Path) -> str:

@@ -10,8 +10,9 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError, create_model
 
 from cdpr.base.problems import Path
+from cdpr.config.describe import below
 from cdpr.config.document import Document, same
-from cdpr.config.messages import explain
+from cdpr.config.messages import Search, explain
 from cdpr.config.problems import Problems
 
 M = TypeVar("M", bound=BaseModel)
@@ -23,6 +24,7 @@ def validate(
     document: Document,
     problems: Problems,
     before: tuple[M, dict[str, Any]] | None = None,
+    search: Search | None = None,
 ) -> M | None:
     """Return the validated model, or None after reporting problems.
 
@@ -34,6 +36,7 @@ def validate(
         document: source of positions.
         problems: receives the problems.
         before: valid model, and its data, from which equal values are reused.
+        search: other places of an unknown key; by default, all sections of `model`.
     """
     if before is not None:
         with suppress(ValidationError, KeyError):  # reported below for the whole model
@@ -41,7 +44,7 @@ def validate(
     try:
         return model.model_validate_json(json.dumps(data), context={"folder": document.folder})
     except ValidationError as error:
-        for message in explain(error, model, data):
+        for message in explain(error, model, data, search=search or (lambda key: below(model, (), data, key))):
             mark = document.key_mark(message.path) if message.at_key else document.mark(message.path)
             problems.add(mark, message.path, message.text)
         return None

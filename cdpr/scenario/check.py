@@ -77,7 +77,9 @@ def check(document: Document, plugins: Registry, problems: Problems, before: Che
     for each in (data, old):
         if each.get(nominal.KEY) is not None:
             del each[nominal.KEY]
-    sections = validate(ScenarioSection, data, document, problems, (before.sections, old) if before else None)
+    reader = OptionsReader(document, problems, plugins)
+    known_before = (before.sections, old) if before else None
+    sections = validate(ScenarioSection, data, document, problems, known_before, reader.places)
     if sections is not None:
         remember(sections, document)
     report_nulls(data, (), document, problems, old)
@@ -85,7 +87,6 @@ def check(document: Document, plugins: Registry, problems: Problems, before: Che
         RobotChecks(document, problems).run(("robot",))
     motion_known = unchanged >= ScenarioSection.model_fields.keys() - BESIDES
     motion = before.motion if before and motion_known else RunChecks(document, problems).run()
-    reader = OptionsReader(document, problems, plugins)
     known = unchanged if before and plugins is before.plugins else frozenset[str]()
     controller_options = before.controller_options if before and "controller" in known else None
     controller_options = controller_options or reader.of_section("controller", options.get("controller", {}))

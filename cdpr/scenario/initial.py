@@ -8,7 +8,7 @@ from typing import ClassVar, Self
 import numpy as np
 from pydantic import Field
 
-from cdpr.base.fields import ZERO, Position, Section, Vector3, unit
+from cdpr.base.fields import HOME, ZERO, Position, Section, Vector3, unit
 from cdpr.base.needs import EVERYWHERE, Needs, left_out
 from cdpr.model.robot import Array
 from cdpr.model.rotations import matrix
@@ -28,7 +28,7 @@ class Initial(Section):
 
     position: Position = Field(
         description="position of the platform's origin; default, with the attitude: the robot's home, if it has one",
-        json_schema_extra=unit("m"),
+        json_schema_extra=unit("m") | {HOME: True},
     )
     orientation: Orientation = Field(UPRIGHT, description="attitude; default: upright")
     velocity: Vector3 = Field(ZERO, description="velocity of the origin", json_schema_extra=unit("m/s"))

@@ -10,12 +10,13 @@ from __future__ import annotations
 import copy
 from typing import Any
 
-from cdpr.base.fields import TAB
+from cdpr.base.fields import HOME, TAB
 from cdpr.plugins.registry import Registry, Role, registry
 from cdpr.scenario.choices import CORE_KEYS, DEFAULT_TYPE
 from cdpr.scenario.nominal import ALTERNATIVE, KEY, WHOLE
 from cdpr.scenario.robot_schema import RobotSection
 from cdpr.scenario.schema import ScenarioSection
+from cdpr.scenario.sections import required_keys
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 
@@ -33,8 +34,6 @@ def scenario_schema(plugins: Registry | None = None) -> Schema:
     plugins = plugins or registry()
     schema = _tidy(ScenarioSection.model_json_schema(), without_null=True)
     definitions, sections = schema["$defs"], schema["properties"]
-    for needed, key in ((schema["required"], "initial"), (definitions["Initial"]["required"], "position")):
-        needed.remove(key)  # the robot's home may define it
     robot = sections["robot"]
     sections["robot"] = {
         "description": robot.pop("description"),
@@ -114,7 +113,10 @@ def _tidy(node: Any, *, without_null: bool) -> Any:
     if not isinstance(node, dict):
         return node
     node = copy.copy(node)
-    node.pop(TAB, None)
+    for key in (TAB, HOME):
+        node.pop(key, None)
+    if "required" in node and isinstance(node.get("properties"), dict):
+        node["required"] = required_keys(node)
     if isinstance(node.get("title"), str):
         del node["title"]
     if isinstance(node.get("unit"), str) and "description" in node:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,12 +11,13 @@ from pydantic import BaseModel, ValidationError
 
 from cdpr.base.errors import PluginError, one_line
 from cdpr.base.problems import Path
+from cdpr.config.describe import below, describe
 from cdpr.config.document import Document
 from cdpr.config.messages import explain
 from cdpr.config.problems import Problems
 from cdpr.plugins.registry import Registry, Role
 from cdpr.scenario.choices import CORE_KEYS, DEFAULT_TYPE
-from cdpr.scenario.schema import Simulation
+from cdpr.scenario.schema import ScenarioSection, Simulation
 
 
 @dataclass(frozen=True)
@@ -51,6 +53,27 @@ class OptionsReader:
                     result[name] = read
         return result
 
+    def places(self, key: str) -> list[Path]:
+        """Return the places of this key in the scenario, with the options of the selected plugins."""
+        found = below(ScenarioSection, (), self.document.data, key)
+        return found + [path for path in self._option_paths() if path[-1] == key and path not in found]
+
+    def _option_paths(self) -> list[Path]:
+        """Return the paths of all options of the selected controller, solver and backend."""
+        backend = self.document.get(("simulation", "backend")) or Simulation.model_fields["backend"].default
+        controller, solver = (self.document.get((role, "type")) or name for role, name in DEFAULT_TYPE.items())
+        selected: list[tuple[Role, object, Path]] = [
+            ("controller", controller, ("controller",)),
+            ("solver", solver, ("solver",)),
+            ("backend", backend, ("backend_options", str(backend))),
+        ]
+        paths: list[Path] = []
+        for role, name, section in selected:
+            with suppress(PluginError):  # reported where its options are read
+                model = self.plugins.get(role, str(name)).info.options
+                paths += [(*section, key) for key in describe(model, (), {}).keys]
+        return paths
+
     def _known(self, role: Role, name: Any, path: Path) -> bool:
         if not isinstance(name, str):
             return False  # reported as a wrong type by cdpr's own models
@@ -72,7 +95,7 @@ class OptionsReader:
                 context = {"folder": self.document.folder}  # base of relative file names
                 return model.model_validate_json(json.dumps(data), strict=True, context=context)
             except ValidationError as error:
-                messages = explain(error, model, data, core_keys)
+                messages = explain(error, model, data, core_keys, self.places, path)
         except Exception as error:  # the model is third-party code
             text = f"the options of {role} '{name}' of {entry.distribution} {entry.version} cannot be checked"
             self.problems.add(self.document.mark(path), path, f"{text}: {one_line(error)}", plugin=True)

@@ -9,7 +9,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 from pydantic import AfterValidator, Field, PrivateAttr
 
 from cdpr.base.defaults import BACKEND, CONTROLLER, SOLVER
-from cdpr.base.fields import Name, Positive, Section, Vector3, tab, unit
+from cdpr.base.fields import HOME, Name, Positive, Section, Vector3, tab, unit
 from cdpr.base.needs import EVERYWHERE, UNCONCERNED, Needs, left_out, no, of_control, of_run
 from cdpr.scenario.actuator_schema import Actuators
 from cdpr.scenario.appearance import ObstacleSection
@@ -191,8 +191,8 @@ class ScenarioSection(Section):
     )
     simulation: Simulation = Field(description="backend, duration and time steps", json_schema_extra=tab("simulation"))
     initial: Initial = Field(
-        description="state of the platform at time 0; default: at rest at the robot's home, if it has one",
-        json_schema_extra=tab("motion"),
+        description="state of the platform at time 0; default: at rest at the robot's home; required if it has none",
+        json_schema_extra=tab("motion") | {HOME: True},
     )
     trajectory: AnyMotion = Field(
         Hold.model_construct({"type"}),

@@ -149,7 +149,7 @@ def test_a_new_robot_from_a_template_is_shown_and_runs(page, files):
     for name, size in {"width": "4", "depth": "3", "height": "2.5"}.items():
         dialog.get_by_label(f"Frame {name}, m").fill(size)
     dialog.get_by_label("Mass (kg)").fill("12")
-    dialog.get_by_role("button", name="Make").click()
+    dialog.get_by_role("button", name="Create").click()
     page.wait_for_function("() => !cdpr.viewer.films[0].before && cdpr.phase === 'ready'")
     assert page.evaluate(VALUE, "robot.platform.mass") == 12
     assert page.evaluate("cdpr.viewer.films[0].cables.length") == 8

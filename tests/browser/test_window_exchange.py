@@ -64,12 +64,12 @@ def test_a_robot_is_imported_by_hand_and_keyboard(page, theirs):
     assert "way.yaml:2: imported as the straight line of the plug-in" in said
     dialog.get_by_text("crane.yaml, ").click()
     assert "mass: 15.0  # kg, platform.mass, line 7" in dialog.locator("pre").first.inner_text()
-    assert dialog.get_by_label("Then open").input_value() == "crane_way.yaml"
+    assert dialog.get_by_label("File to open").input_value() == "crane_way.yaml"
     assert list(theirs.parent.glob("crane*")) == []  # nothing is written yet
-    dialog.get_by_label("Write into folder").fill(str(theirs))
+    dialog.get_by_label("Folder").fill(str(theirs))
     page.keyboard.press("Enter")
     assert "crane.yaml' already exists and is not overwritten" in problem(dialog)
-    dialog.get_by_label("Write into folder").fill(str(theirs.parent / "mine"))
+    dialog.get_by_label("Folder").fill(str(theirs.parent / "mine"))
     page.keyboard.press("Enter")
     page.wait_for_function("() => cdpr.form.message.file.endsWith('/mine/crane_way.yaml') && cdpr.phase === 'ready'")
     page.wait_for_function("() => cdpr.viewer.films[0].cables.length === 4 && !document.querySelector('dialog[open]')")
@@ -90,7 +90,7 @@ def test_unreadable_files_are_reported_and_the_selection_is_kept(page, theirs):
     page.evaluate("cdpr.exchange.most = 10")
     dialog.get_by_role("button", name="Read").click()
     assert "MiB in total: enter their path instead" in problem(dialog)
-    dialog.get_by_label("Or their path").fill(str(theirs))  # the last entry applies
+    dialog.get_by_label("Or enter a path").fill(str(theirs))  # the last entry applies
     assert dialog.get_by_label("Choose files").evaluate("(node) => node.files.length") == 0
     dialog.get_by_label("Cable set (CASPR)").fill("")
     dialog.get_by_role("button", name="Read").click()
@@ -111,7 +111,7 @@ def test_an_import_that_hangs_is_given_up_with_its_dialog(page, theirs, monkeypa
     with monkeypatch.context() as patch:
         patch.setattr("cdpr.ui.gui.incoming.sys.executable", str(stuck))
         dialog = opened(page, "Import…")
-        dialog.get_by_label("Or their path").fill(str(theirs / "crane.yaml"))
+        dialog.get_by_label("Or enter a path").fill(str(theirs / "crane.yaml"))
         dialog.get_by_role("button", name="Read").click()
         assert dialog.get_by_role("button", name="Reading …").is_disabled()
         page.wait_for_timeout(300)  # ms: it is being read
@@ -173,7 +173,7 @@ def test_on_a_phone_dialogs_fit(visit, theirs):
     page = visit(**PHONE)
     page.get_by_role("button", name="Form", exact=True).tap()
     dialog = opened(page, "Import…")
-    dialog.get_by_label("Or their path").fill(str(theirs / "crane.yaml"))
+    dialog.get_by_label("Or enter a path").fill(str(theirs / "crane.yaml"))
     for _ in range(2):
         box = page.locator("dialog[open]").bounding_box()
         assert box["x"] >= 0

@@ -51,7 +51,7 @@ def test_a_jam_and_an_emergency_stop_act_and_what_is_over_is_disturbed_no_more(p
     page.wait_for_function("() => cdpr.disturb.cable.options[1].text.includes('jammed')")
     page.get_by_role("button", name="Emergency stop").click()
     page.wait_for_function("() => cdpr.data.events.some(({text}) => text.includes('emergency stop'))")
-    page.get_by_role("button", name="As fast as it goes").click()
+    page.get_by_role("button", name="Maximum speed").click()
     page.wait_for_function(PHASE, arg="done")
     assert any("'cable_2' jams" in event["text"] for event in page.evaluate("cdpr.data.events"))
     tension, error = (
@@ -130,7 +130,7 @@ def test_a_saved_session_repeats_what_was_done_to_the_bit(page, files):
     page.get_by_label("Target position, x").fill("0.05")
     page.get_by_role("button", name="Go to the target").click()
     page.wait_for_function("() => cdpr.output.events.querySelectorAll('li:not(.none)').length > 0")
-    page.get_by_role("button", name="As fast as it goes").click()
+    page.get_by_role("button", name="Maximum speed").click()
     page.wait_for_function(PHASE, arg="done")
     for button, out in (("Save run…", files.folder / "run"), ("Save session…", files.folder / "session.yaml")):
         page.get_by_role("button", name=button).click()

@@ -78,7 +78,7 @@ def ask_new(page, files):
     page.get_by_role("button", name="New…").click()
     dialog = page.locator("dialog[open]")
     dialog.get_by_label("File").fill(str(files.folder / "fresh.yaml"))
-    dialog.get_by_role("button", name="Make").click()
+    dialog.get_by_role("button", name="Create").click()
 
 
 def ask_import(page, files):

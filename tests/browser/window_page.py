@@ -93,6 +93,6 @@ def apply(page):
 
 
 def run_to_the_end(page):
-    page.get_by_role("button", name="As fast as it goes").click()
+    page.get_by_role("button", name="Maximum speed").click()
     page.get_by_role("button", name="Run", exact=True).click()
     page.wait_for_function("() => ['done', 'ended', 'failed'].includes(cdpr.phase)")

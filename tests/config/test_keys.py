@@ -71,6 +71,11 @@ def test_unknown_keys(old, new, key, what):
             "did you mean orientation.rpy_deg, written orientation: {rpy_deg: ...}? all",
         ),
         ("duration", 3, "did you mean simulation.duration or trajectory.duration? allowed: name,"),
+        ("kp", 3, "'kp': did you mean controller.kp, written controller: {kp: ...}? allowed: name,"),
+        ("simulation.kp", 3, "'kp': did you mean controller.kp? allowed: backend,"),
+        ("simulation.mass", 3, "'mass': did you mean robot.platform.mass or believed.platform.mass? allowed: backend,"),
+        ("gains.kp", 3, "'gains': did you mean controller.kp? allowed: name,"),
+        ("controller.gravity", 3, "'gravity': did you mean world.gravity? allowed: type, kp, kd"),
         ("trajectory.Start", 1, "did you mean 'start'? allowed: "),
         ("trajectory.dur", 1, "did you mean 'duration'? allowed: "),
     ],
@@ -80,6 +85,14 @@ def test_a_key_at_the_wrong_place_is_reported_with_its_place(path, data, told):
     with pytest.raises(ScenarioError) as caught:
         load_scenario(ROOT / "scenarios" / "caroca.yaml", overrides={path: data})
     assert told in str(caught.value)
+
+
+def test_a_key_that_the_selected_plugin_lacks_is_not_suggested():
+    """Only options of the selected solver are suggested: `classic` has no tolerance, and `highs` has one."""
+    file = ROOT / "scenarios" / "caroca.yaml"
+    for solver, places in (("classic", "trajectory.tolerance"), ("highs", "trajectory.tolerance or solver.tolerance")):
+        with pytest.raises(ScenarioError, match=rf"did you mean {places}\?"):
+            load_scenario(file, solver=solver, overrides={"controller.tolerance": 1.0})
 
 
 def test_a_type_without_mapping_is_reported_with_the_correct_form():

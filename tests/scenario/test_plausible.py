@@ -70,7 +70,18 @@ def test_a_robot_in_millimetres_is_reported_whatever_its_size(width, mass, platf
     """With a mass and an inertia in kg and kg m^2."""
     right = box(width, mass=mass, platform=platform)
     wrong = box(1000 * width, mass=mass, platform=platform, inertia=right["platform"]["inertia"])
-    assert any("in metres" in text or "kg, m and kg m^2" in text for text in told(robot_warnings(wrong, tmp_path)))
+    texts = [text for text in told(robot_warnings(wrong, tmp_path)) if "m apart" in text or "from its origin" in text]
+    assert texts
+    assert all("in millimetres" in text for text in texts)
+
+
+def test_a_small_robot_in_millimetres_without_inertia_is_reported(tmp_path):
+    """Frame and platform are in proportion, and the frame is not larger than all existing ones."""
+    wrong = box(500, platform=0.2, mass=2.0)
+    del wrong["platform"]["inertia"], wrong["platform"]["shape"]
+    wrong["dof"] = ["x", "y", "z"]
+    text = "the platform's anchors are 173.2 m apart, those on the frame 866 m; lengths are in metres"
+    assert f"{text}: in millimetres that is 0.1732 m and 0.866 m" in str(told(robot_warnings(wrong, tmp_path)))
 
 
 def test_a_position_in_a_file_is_reported(tmp_path):

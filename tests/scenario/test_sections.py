@@ -7,7 +7,7 @@ import scenario_files
 from click.testing import CliRunner
 from pydantic import Field, create_model
 
-from cdpr.base.fields import TAB, Section, tab, unit
+from cdpr.base.fields import HOME, TAB, Section, tab, unit
 from cdpr.config.describe import json_schema
 from cdpr.plugins.registry import registry
 from cdpr.scenario import schema
@@ -66,5 +66,13 @@ def test_tabs_keep_the_order_of_ranks():
     assert keys == ["controller", "solver", "controlled", "limits", "actuators"]
 
 
-def test_schemas_for_editors_contain_no_tabs():
-    assert TAB not in str(scenario_schema())
+def test_the_initial_state_is_not_required_as_the_home_of_the_robot_replaces_it():
+    rows = {row.key: row for row in sections_of(json_schema(ScenarioSection))}
+    assert [key for key, row in rows.items() if row.required] == ["robot", "simulation"]
+    assert "required if it has none" in rows["initial"].text
+
+
+def test_schemas_for_editors_contain_no_keys_of_cdpr():
+    text = str(scenario_schema())
+    assert TAB not in text
+    assert HOME not in text

@@ -251,3 +251,12 @@ def test_qpsolvers_is_no_extra_of_ours():
     entry = registry().get("solver", "qpsolvers")
     assert entry.remedy == "pip install qpsolvers"
     assert entry.info.options is QpsolversOptions
+
+
+def test_highs_prints_nothing(capfd):
+    """The library prints a banner when callbacks are registered, which its constructor does."""
+    robot, W, _ = problem(1, 8, 0.0)
+    solver = Wrapped("highs", 1e-8, {}).make(robot)
+    status, _ = call(solver, W, W @ np.full(8, 100.0), robot.tension_min, robot.tension_max)
+    assert status == Status.OK
+    assert tuple(capfd.readouterr()) == ("", "")

@@ -156,8 +156,10 @@ class Gcode(Motion):
         feeds = np.where(np.isfinite(path.course.speed), path.course.speed, 0.0)
         fastest = int(feeds.argmax())
         if feeds[fastest] > self.limits.velocity * (1.0 + tolerances.TIME):
-            where = f"as in line {path.lines[fastest]} of {self.file}"
-            yield ("limits", "velocity"), f"feeds of up to {feeds[fastest]:.6g} m/s, {where}, are kept at this"
+            limit = f"this limit, {self.limits.velocity:.6g} m/s"
+            where = f"line {path.lines[fastest]} of {self.file}"
+            text = f"feeds above {limit}, are reduced to it; the fastest is {feeds[fastest]:.6g} m/s in {where}"
+            yield ("limits", "velocity"), text
 
     def make(self) -> trajectory.Trajectory:
         """Return the trajectory.

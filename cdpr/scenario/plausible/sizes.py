@@ -23,6 +23,7 @@ LARGEST = 3e3  # m between frame anchors; the largest cable robot, the FAST tele
 # Largest ratio of the extents of frame and platform anchors: a camera of 0.3 m above a stadium of 200 m has 700, and
 # FAST 50. With one of both in millimetres, the usual 2 to 30 changes by a factor of 1000.
 LARGEST_FRAME = 2000.0
+LARGEST_BODY = 50.0  # m between platform anchors; the cabin of FAST has 13 m
 LARGEST_PLATFORM = 20.0  # the inverse ratio: rings and hoops around a small frame
 # Largest ratio between radius of gyration and anchor distance, either way: a heavy core with long arms has 20. Lengths
 # in millimetres with kg m^2, or kg mm^2 with metres, give about 1000.
@@ -48,6 +49,9 @@ def proportions(setup: Setup) -> Iterator[Finding]:
     elif frame > LARGEST_FRAME * platform > 0.0:
         text = f"the frame's anchors are {frame:.4g} m apart, those on the platform {platform:.4g} m; {METRES}"
         yield cables, f"{text}: in millimetres the frame's are {_metres(frame)}"
+    elif platform > LARGEST_BODY:
+        text = f"the platform's anchors are {platform:.4g} m apart, those on the frame {frame:.4g} m; {METRES}"
+        yield cables, f"{text}: in millimetres that is {_metres(platform)} and {_metres(frame)}"
 
 
 def bodies(setup: Setup) -> Iterator[Finding]:
@@ -58,7 +62,8 @@ def bodies(setup: Setup) -> Iterator[Finding]:
         gyration = math.sqrt(float(np.abs(tensor(section.inertia)).max()) / body.mass)
         if not 1.0 / LARGEST_ARM < arm / gyration < LARGEST_ARM:
             text = f"a body of {body.mass:.4g} kg with this inertia is some {gyration:.3g} m large, and its cables end "
-            yield (*path, "inertia"), f"{text}{arm:.3g} m from its origin; expected kg, m and kg m^2"
+            hint = f"; {METRES}: in millimetres that is {_metres(arm)}" if arm > gyration else ""
+            yield (*path, "inertia"), f"{text}{arm:.3g} m from its origin; expected kg, m and kg m^2{hint}"
     volume = _volume(body.outline or {})
     if volume > 0.0 and body.mass < LIGHTEST * volume:
         text = f"of {volume:.3g} m^3 a body of {body.mass:.4g} kg would be lighter than air; {METRES}"

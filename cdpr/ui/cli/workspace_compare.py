@@ -28,6 +28,9 @@ ORACLES = ("lp",)  # independent methods to evaluate poses
 def command(file: str, oracle: str, count: int, seed: int, as_json: bool) -> None:
     """Verify poses of a workspace FILE by linear programs, half of them bisected onto its boundary.
 
+    FILE must be of one of these kinds: static, wrench-feasible, dynamic, closure. Linear programs do not apply to the
+    other kinds.
+
     The exit code is 7 if certain results differ.
     """
     from cdpr.analysis.workspace.oracle import compare

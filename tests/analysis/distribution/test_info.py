@@ -19,7 +19,7 @@ from cdpr.mechanics.kinematics import make_state, wrench_matrix
 from cdpr.mechanics.properties import conditioning, free_wrench_matrix, home_pose, unresisted
 from cdpr.mechanics.restraint import restraint
 from cdpr.model import rotations
-from cdpr.scenario import load_robot
+from cdpr.scenario import load_robot, load_scenario
 from cdpr.tension.closure import positive_null_vector
 from cdpr.ui.cli.info import command
 from cdpr.ui.report.text.description import lines
@@ -187,6 +187,14 @@ def test_a_motion_that_the_run_does_not_finish_is_reported(duration, cut):
     text = info(SCENARIOS / "cogiro.yaml", "--set", f"simulation.duration={duration}").stdout
     assert f"motion: quintic, {duration} s" in text
     assert ("of the 6 s until it ends: simulation.duration stops it on its way" in text) == cut
+
+
+def test_the_end_of_a_motion_is_shown_if_the_run_is_longer():
+    """The end of a G-code motion follows from its limits, so that no file contains it."""
+    scenario = load_scenario(SCENARIOS / "gcode.yaml", overrides={"simulation.duration": 60.0})
+    text = info(SCENARIOS / "gcode.yaml", "--set", "simulation.duration=60").stdout
+    assert f"motion: gcode, 60 s (it ends at {scenario.planned.end:.6g} s), " in text
+    assert "(it ends" not in info(SCENARIOS / "caroca.yaml", "--set", "trajectory={type: hold}").stdout
 
 
 def test_a_preview_agrees_with_the_run():

@@ -17,6 +17,7 @@ from cdpr.analysis.workspace.required import box
 from cdpr.analysis.workspace.result import FORMAT, load_workspace, verdicts, workspace
 from cdpr.base.errors import CdprError, LogError
 from cdpr.mechanics.clearance import clearance
+from cdpr.ui.cli import workspace_compare
 
 CAROCA = ROBOTS / "caroca.yaml"
 ASKED = {
@@ -228,3 +229,9 @@ def test_a_file_of_an_older_format_is_reported(tmp_path, two):
     np.savez(tmp_path / "old.npz", **parts)
     with pytest.raises(LogError, match="cannot be read as a workspace"):
         load_workspace(tmp_path / "old.npz")
+
+
+def test_the_help_of_compare_lists_the_kinds_to_which_linear_programs_apply():
+    text = " ".join((workspace_compare.command.help or "").split())
+    listed = ", ".join(name for name, kind in KINDS.items() if kind.programs)
+    assert f"one of these kinds: {listed}." in text

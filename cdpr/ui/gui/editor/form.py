@@ -12,7 +12,7 @@ from cdpr.plugins.registry import Registry, Role
 from cdpr.scenario.choices import CORE_KEYS, DEFAULT_TYPE
 from cdpr.scenario.nominal import KEY, cable_names
 from cdpr.scenario.schema import ScenarioSection
-from cdpr.scenario.sections import OTHER, TABS, ranked, sections_of
+from cdpr.scenario.sections import OTHER, TABS, ranked, required_keys, sections_of
 from cdpr.ui.gui.editor.fields import MISSING, Field, FieldFactory, Schema, at, choice, entry, every, resolve
 from cdpr.ui.gui.editor.nominal import cables_in_place
 from cdpr.ui.gui.editor.starts import Starts
@@ -82,7 +82,8 @@ def _fields(subject: Subject, maker: FieldFactory, key: str) -> list[Field]:
         return [_of_plugin(subject, maker, "controller" if key == "controller" else "solver")]
     if key == "backend_options":
         return [_of_backends(subject, maker)]
-    needed = key in SCHEMA["required"] and not (key == "initial" and at(subject.data, ("robot", "home")))
+    home = at(subject.data, ("robot", "home"))
+    needed = key in (required_keys(SCHEMA) if home else SCHEMA["required"])
     value, known = subject.data.get(key, MISSING), at(subject.known, (key,))
     return [maker.field(SCHEMA["properties"][key], (key,), value, known, needed=needed)]
 

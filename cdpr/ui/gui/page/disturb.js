@@ -32,7 +32,7 @@ class Disturb {
   push() {
     const force = this.numbers("Push force", ["x", "y", "z"], "N"), moment = this.numbers("Push moment", ["x", "y", "z"], "N m");
     const last = this.numbers("Push duration", [""], "s", ["0.5"]);
-    last.inputs[0].title = "Empty: until it is released";
+    last.inputs[0].title = "Empty: until released";
     const act = () => {
       const [f, m, d] = [this.read(force, 0), this.read(moment, 0), this.read(last)];
       if (f && m && d) this.live.send({ do: "push", force: f, moment: m, duration: d[0] });
@@ -48,15 +48,15 @@ class Disturb {
       if (m && c) this.live.send({ do: "attach", mass: m[0], center: c, known: known.checked });
     };
     const label = make("label", {}, known, span("what", "known"));
-    return this.part("Payload", mass.root, center.root, label, button("Attach", act, { title: "Until it is released" }));
+    return this.part("Payload", mass.root, center.root, label, button("Attach", act, { title: "Until released" }));
   }
 
   cables() {
     const act = (what) => () => { if (this.cable.value) this.live.send({ do: what, cable: this.cable.value }); };
     this.cable.addEventListener("change", () => this.live.select(this.cable.selectedIndex));
     this.cable.addEventListener("blur", () => this.live.select(null));
-    const cut = button("Cut", act("cut"), { title: "It breaks" });
-    return this.part("Cable", this.cable, cut, button("Jam", act("jam"), { title: "Its tension stays as it is" }));
+    const cut = button("Cut", act("cut"), { title: "The cable breaks" });
+    return this.part("Cable", this.cable, cut, button("Jam", act("jam"), { title: "The tension of the cable no longer changes" }));
   }
 
   limits() {
@@ -78,7 +78,7 @@ class Disturb {
     const position = this.numbers("Target position", ["x", "y", "z"], "m", ["", "", ""]);
     const attitude = this.numbers("Target rpy", ["roll", "pitch", "yaw"], "deg");
     const within = this.numbers("Target in", [""], "s", [""]);
-    within.inputs[0].title = "Empty: chosen by the program";
+    within.inputs[0].title = "Empty: chosen automatically";
     const go = () => {
       const [p, rpy, seconds] = [this.read(position), this.read(attitude, 0), this.read(within)];
       if (!p || !rpy || !seconds) return;
@@ -93,14 +93,14 @@ class Disturb {
       rounded(anglesOf(frame.q).map(toDegrees), 0.01).forEach((x, i) => { attitude.inputs[i].value = x; });
     };
     return this.part("Target", position.root, attitude.root, within.root, button("Go", go, { "aria-label": "Go to the target" }),
-      button("Here", here, { title: "Fills in the pose of now" }));
+      button("Here", here, { title: "Fill in the current pose" }));
   }
 
   saving() {
     const { files } = this.live;
     const run = files.keep("save_run", "Save the run as a folder", "", "a new one in runs/");
     const session = files.keep("save_session", "Save the session as a scenario", "session.yaml");
-    return this.part("Keep", button("Save run…", () => run.showModal(), { title: "As a run folder, as cdpr run writes it" }),
+    return this.part("Save", button("Save run…", () => run.showModal(), { title: "Folder with log, summary and report, as from cdpr run" }),
       button("Save session…", () => session.showModal(), { title: "Scenario with all live changes as events" }));
   }
 

@@ -79,7 +79,7 @@ class Exchange {
         seconds: reading(seconds.value) };
     };
     this.addDialog("import", "Import from another program", "Read", request, this.formats, files.row("Choose files", chosen),
-      files.row("Or their path", path), files.row("Cable set (CASPR)", set), files.row("Trajectory (Gazebo)", trajectory),
+      files.row("Or enter a path", path), files.row("Cable set (CASPR)", set), files.row("Trajectory (Gazebo)", trajectory),
       limits, files.row("CPU time (s)", seconds), listed);
   }
 
@@ -90,8 +90,8 @@ class Exchange {
     const region = { role: "region", tabindex: 0, "aria-label": "Robots and omitted content" };
     this.brought = make("div", { className: "brought", ...region });
     const request = () => ({ out: folder.value.trim(), open: this.opens.value });
-    this.addDialog("take", "Result", "Write and open", request, this.brought, files.row("Write into folder", folder),
-      files.row("Then open", this.opens));
+    this.addDialog("take", "Result", "Write and open", request, this.brought, files.row("Folder", folder),
+      files.row("File to open", this.opens));
   }
 
   taken({ sources }) {
@@ -112,7 +112,7 @@ class Exchange {
     const text = (file) => make("pre", { tabindex: 0, text: file.text ?? "Too long to be shown here." });
     const shown = (file) => make("details", {}, make("summary", { text: `${file.name}, ${file.size} characters` }), text(file));
     return [make("h3", { text: source }), ...(error ? [make("p", { className: "problem", text: error })] : []),
-      ...list("Assumed values and warnings", warnings), ...list("Left out", out), ...files.map(shown)];
+      ...list("Assumed values and warnings", warnings), ...list("Omitted", out), ...files.map(shown)];
   }
 
   // Export of the form in a format with its options.

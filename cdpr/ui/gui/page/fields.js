@@ -13,7 +13,7 @@ class Line {
     this.help = make("span", { id: help, hidden: true });
     this.label = make("span", { className: "name", "aria-hidden": "true" });
     this.unit = make("span", { className: "unit" });
-    this.clear = button("↺", () => editor.clear(this.field), { className: "clear", title: "Back to the default" });
+    this.clear = button("↺", () => editor.clear(this.field), { className: "clear", title: "Reset to the default" });
     this.clear.setAttribute("aria-label", `Default for ${nameOf(field)}`);
     this.root = make("div", { className: `line has-${field.kind}`, "data-path": field.path }, this.label,
       make("span", { className: "hold" }, this.widget.root, this.unit, this.clear), this.problem, this.help);
@@ -57,7 +57,7 @@ class Group {
     this.fold.setAttribute("aria-label", `Fold ${nameOf(field)}`);
     this.fold.append(this.title);
     this.gone = button("×", () => editor.clear(this.field), { className: "clear", title: "Remove the whole section" });
-    this.gone.setAttribute("aria-label", `Leave out ${nameOf(field)}`);
+    this.gone.setAttribute("aria-label", `Remove ${nameOf(field)}`);
     this.root = make("fieldset", { className: "group", "data-path": field.path },
       make("legend", {}, this.fold, this.chosen && this.chosen.root, this.gone), this.problem, this.lines.root);
     for (const kind of ["focusin", "pointerenter"]) this.root.firstChild.addEventListener(kind, () => editor.explain(this.field));

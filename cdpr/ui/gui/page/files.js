@@ -81,7 +81,7 @@ class Files {
   // Ask for a file name, and send it with the request.
   keep(what, title, name, otherwise = "") {
     const place = this.text({ required: !otherwise, value: name, placeholder: otherwise });
-    return this.dialog(title, "Save", () => this.live.send({ do: what, out: place.value.trim() }), this.row("Where", place));
+    return this.dialog(title, "Save", () => this.live.send({ do: what, out: place.value.trim() }), this.row("File or folder", place));
   }
 
   // Arguments as for `cdpr new`: empty fields use its defaults.
@@ -116,7 +116,7 @@ class Files {
     kind.addEventListener("change", fit);
     robot.addEventListener("input", fit);
     fit();
-    return this.dialog("New from a template", "Make", act, this.row("Kind", kind), this.row("File", file), three("Frame (m)", frame),
+    return this.dialog("New from a template", "Create", act, this.row("Kind", kind), this.row("File", file), three("Frame (m)", frame),
       three("Platform (m)", platform), this.row("Mass (kg)", mass), this.row("Cables", cables),
       this.row("Cables at the platform", crossed), this.row("Suspended (from above)", suspended),
       this.row("Planar (x and z)", planar), this.row("Robot of a scenario", robot));

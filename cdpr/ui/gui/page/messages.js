@@ -113,7 +113,7 @@ class Output {
     this.known = text;
     const item = ({ t, text }) => make("li", {}, make("b", { text: `${t.toFixed(3)} s` }), ` ${text}`);
     this.events.replaceChildren(...events.map(item));
-    if (!events.length) this.events.append(make("li", { className: "none", text: "Nothing has happened yet." }));
+    if (!events.length) this.events.append(make("li", { className: "none", text: "No events yet." }));
     this.tabs.count("events", events.length);
     this.live.data.events = events.map(({ t, text }) => ({ time: t, text }));
     this.live.redraw();

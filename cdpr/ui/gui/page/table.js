@@ -8,16 +8,16 @@ class Table {
     this.shape = "";
     this.table = make("table", { "aria-label": words(field.path) });
     this.problem = make("p", { className: "problem" });
-    const add = button("Add", () => editor.insert(field.path), { "aria-label": `Add to ${words(field.path)}`, title: "Adds a cable" });
+    const add = button("Add", () => editor.insert(field.path), { "aria-label": `Add to ${words(field.path)}`, title: "Add a cable" });
     const wide = button("Wide", () => {
       const on = document.body.classList.toggle("wideform");
       wide.setAttribute("aria-pressed", String(on));
-    }, { "aria-pressed": "false", "aria-label": `Wide ${words(field.path)}`, title: "Gives the form more room" });
+    }, { "aria-pressed": "false", "aria-label": `Wide ${words(field.path)}`, title: "Widen the form" });
     const all = button("All columns", () => {
       this.all = !this.all;
       all.setAttribute("aria-pressed", String(this.all));
       this.show(this.field);
-    }, { "aria-pressed": "false", "aria-label": `All columns of ${words(field.path)}`, title: "Also what no cable has of its own yet" });
+    }, { "aria-pressed": "false", "aria-label": `All columns of ${words(field.path)}`, title: "Include columns without values" });
     this.all = false;
     this.title = make("span", { className: "title" });
     this.root = make("div", { className: "group", "data-path": field.path },

@@ -13,9 +13,9 @@ class Transport {
     this.reset = button("", () => live.send({ do: "reset" }), { "aria-label": "Reset", title: "Back to the start: R" });
     this.reset.append(sign("reset"), "Reset");
     this.speeds = SPEEDS.map(([value, text]) => button(text, () => live.send({ do: "speed", value }), {
-      "aria-label": value === null ? "As fast as it goes" : `Speed ${value}`, "aria-pressed": "false",
+      "aria-label": value === null ? "Maximum speed" : `Speed ${value}`, "aria-pressed": "false",
     }));
-    this.bar = make("progress", { max: 1, value: 0, "aria-label": "Share of the duration" });
+    this.bar = make("progress", { max: 1, value: 0, "aria-label": "Progress of the run" });
     this.time = make("output", { id: "time", text: "–" });
     const title = "Same as the event emergency_stop";
     this.stop = button("Emergency stop", () => live.send({ do: "stop" }), { className: "stop", title });

@@ -99,8 +99,11 @@ def _cables(cables: list[dict[str, Any]], pose: dict[str, Any]) -> Iterator[str]
 
 def _motion(motion: dict[str, Any], dof: list[str]) -> Iterator[str]:
     span, end = motion["duration_s"], motion["end_s"]
-    cut = f" of the {end:g} s until it ends: simulation.duration stops it on its way" if end > span else ""
-    yield f"motion: {motion['type']}, {span:g} s{cut}, {motion['samples']} samples evaluated"
+    moves = motion["speed_max_m_per_s"] or motion["angular_speed_max_rad_per_s"]
+    until = f" (it ends at {end:.6g} s)" if moves and end < span else ""
+    if end > span:
+        until = f" of the {end:g} s until it ends: simulation.duration stops it on its way"
+    yield f"motion: {motion['type']}, {span:g} s{until}, {motion['samples']} samples evaluated"
     yield row("path length", f"{motion['path_length_m']:.4g} m")
     speed, acceleration = motion["speed_max_m_per_s"], motion["acceleration_max_m_per_s2"]
     yield row("peak speed", f"{speed:.4g} m/s, acceleration {acceleration:.4g} m/s^2")
