@@ -22,6 +22,7 @@ ARCS = [(0.01, 1e-4, 1e-4), (0.05, 1e-3, 1e-4), (0.2, 1e-4, 1e-4), (0.2, 5e-3, 1
 
 @pytest.mark.parametrize("limits", [LIMITS, Limits(0.5, 1.0, 3.0), Limits(2.0, 20.0, 2000.0)])
 @pytest.mark.parametrize(("radius", "chord", "tolerance"), ARCS)
+@pytest.mark.usual("*-limits0")
 def test_short_chords_of_an_arc_take_little_longer_than_it(radius, chord, tolerance, limits):
     """A whole turn, in coordinates to the micron; tolerances are those of files, more than the chords err."""
     angle = np.linspace(0, 2 * np.pi, round(2 * np.pi * radius / chord) + 1)

@@ -50,8 +50,8 @@ def test_any_count(tmp_path: Path, k: int, m: int) -> None:
     assert (run.status, run.folder) == ("finished", str(tmp_path))
 
 
-@settings(max_examples=25)
-@given(st.lists(st.integers(1, 700), max_size=12), st.integers(0, 900))
+@settings(max_examples=15)
+@given(st.lists(st.integers(1, 700), max_size=8), st.integers(0, 900))
 def test_bytes_do_not_depend_on_flushing(tmp_path_factory: pytest.TempPathFactory, gaps: list[int], rest: int) -> None:
     header = make_header(2)
     stops = np.cumsum([0, *gaps]).tolist()

@@ -25,7 +25,7 @@ from cdpr.testing import samples
 
 SAME_SCHEME = 1e-9  # m and rad over 1 to 4 s closed loop; measured 1e-14
 # s of the oracle, which costs more than all the engines; another scheme is a thousand times the bound off by then.
-ORACLE_RUNS = 0.5
+ORACLE_RUNS = 0.25
 IN_EVERY_ATTITUDE = 1e-11  # m, rad, m/s, rad/s per rad/s over 100 steps; measured 1e-13
 LONG_TURN = 1e-10  # rad after 50 000 steps, each of which rounds by 2e-16; measured 1e-12
 SAME_FORCE = 1e-12  # tendons against our kernel, m and rad
@@ -222,7 +222,7 @@ HASHES = """
 import hashlib, sys, cdpr
 scenario, out, *backends = sys.argv[1:]
 for backend in backends:
-    run = cdpr.simulate(scenario, backend=backend, overrides={"simulation.duration": 0.5}, out=f"{out}-{backend}")
+    run = cdpr.simulate(scenario, backend=backend, overrides={"simulation.duration": 0.1}, out=f"{out}-{backend}")
     print(backend, hashlib.sha256(run.rows.tobytes()).hexdigest(), end=" ")
     print(hashlib.sha256(open(f"{out}-{backend}/log.mcap", "rb").read()).hexdigest())
 """
@@ -248,6 +248,6 @@ def another_process(tmp_path_factory):
 
 @pytest.mark.parametrize("backend", ["reference", *ENGINES])
 def test_bit_identical_in_two_processes(backend, another_process, tmp_path):
-    here = closed_loop({"simulation.duration": 0.5}, backend=backend, out=tmp_path / "run")
+    here = closed_loop({"simulation.duration": 0.1}, backend=backend, out=tmp_path / "run")
     written = here.rows.tobytes(), (tmp_path / "run" / "log.mcap").read_bytes()
     assert [hashlib.sha256(content).hexdigest() for content in written] == another_process[backend]

@@ -73,8 +73,8 @@ def test_semi_implicit_or_exact(name, model, kind):
     state, command, external = moving(robot)
     truth = Oracle(robot, command, external)
     if name == "reference":
-        backend = travel(name, robot, state, command, 0.1, step=1e-4, external=external)
-        y, bound = truth.exact(state, 0.1), EXACT
+        backend = travel(name, robot, state, command, 0.03, step=1e-4, external=external)
+        y, bound = truth.exact(state, 0.03), EXACT
     else:
         backend = travel(name, robot, state, command, 0.1, external=external)
         y, bound = truth.semi_implicit(state, 1e-3, 100), SAME_SCHEME

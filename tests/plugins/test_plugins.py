@@ -11,7 +11,6 @@ from typing import Any
 
 import pytest
 from pydantic import BaseModel
-from spread import sampled
 
 from cdpr.base.errors import PluginError
 from cdpr.plugins import INTERFACE_VERSION, PluginInfo, hookimpl
@@ -165,23 +164,6 @@ def test_installed_but_broken_is_distinguished():
 HEAVY = ("scipy", "matplotlib", "mujoco", "pybullet", "dartpy", "pyarrow")
 
 
-@sampled(
-    3,
-    ("code", "heavy"),
-    [
-        ("import cdpr", (*HEAVY, "numpy", "pydantic")),
-        ("import sys; sys.argv = ['cdpr', '--help']; import cdpr.ui.cli; cdpr.ui.cli.cli.main(standalone_mode=False)",
-         (*HEAVY, "numpy", "pydantic", "yaml", "rich")),
-        ("from cdpr.ui.cli import cli; cli.main(['validate', 'scenarios/caroca.yaml'], standalone_mode=False)", HEAVY),
-        ("import sys; import cdpr.ui.cli; cdpr.ui.cli.cli.main(['plugins'], standalone_mode=False)", HEAVY),
-    ],
-)  # fmt: skip
-def test_light_commands_import_no_heavy_modules(code, heavy):
-    probe = f"{code}\nimport sys\nprint('LOADED', sorted(set({heavy!r}) & set(sys.modules)))"
-    output = subprocess.run([sys.executable, "-c", probe], capture_output=True, text=True, check=True).stdout
-    assert output.splitlines()[-1] == "LOADED []"
-
-
 # Modules that the validation of a simple scenario does not import.
 UNUSED_BY_VALIDATE = (
     "mcap", "isal", "rich", "multiprocessing",
@@ -190,17 +172,35 @@ UNUSED_BY_VALIDATE = (
     "cdpr.cables.pulley", "concurrent.futures",
 )  # fmt: skip
 
+# The kinds of events and motions that are imported.
+KINDS = """
+from cdpr.scenario.events import EVENTS; from cdpr.scenario.motions import MOTIONS
+homes = [home.partition(":")[0] for kinds in (EVENTS, MOTIONS) for home in kinds.homes.values()]
+print("LOADED", sorted({home for home in homes if home in sys.modules}))
+"""
 
-def test_validate_imports_only_the_kinds_that_the_file_uses():
-    validate = "from cdpr.ui.cli import cli; cli.main(['validate', 'scenarios/caroca.yaml'], standalone_mode=False)"
-    code = (
-        f"{validate}\nimport sys; from cdpr.scenario.events import EVENTS; from cdpr.scenario.motions import MOTIONS\n"
-        "homes = [home.partition(':')[0] for kinds in (EVENTS, MOTIONS) for home in kinds.homes.values()]\n"
-        "print('LOADED', sorted({home for home in homes if home in sys.modules}))"
-    )
+
+def modules(*steps):
+    """Return what a process prints of modules, which runs code and then looks for these modules, in steps."""
+    looks = (f"{code}\nprint('LOADED', sorted(set({heavy!r}) & set(sys.modules)))" for code, heavy in steps)
+    code = "\n".join(["import sys", *looks, KINDS])
     output = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    assert output.splitlines()[-1] == "LOADED ['cdpr.scenario.motions.hold', 'cdpr.scenario.motions.quintic']"
-    test_light_commands_import_no_heavy_modules(validate, UNUSED_BY_VALIDATE)
+    return [line.removeprefix("LOADED ") for line in output.splitlines() if line.startswith("LOADED ")]
+
+
+def command(*words):
+    return f"from cdpr.ui.cli import cli; cli.main({[*words]!r}, standalone_mode=False)"
+
+
+def test_light_commands_import_no_heavy_modules():
+    """One after the other in one process, as each imports what the one before does."""
+    assert modules(
+        ("import cdpr", (*HEAVY, "numpy", "pydantic")),
+        (f"sys.argv = ['cdpr', '--help']; {command('--help')}", (*HEAVY, "numpy", "pydantic", "yaml", "rich")),
+        (command("validate", "scenarios/caroca.yaml"), (*HEAVY, *UNUSED_BY_VALIDATE)),
+        (command("solvers"), (*HEAVY, "osqp")),
+        (f"import cdpr.scenario.json_schema; {command('plugins')}", HEAVY),
+    ) == [*5 * ["[]"], "['cdpr.scenario.motions.hold', 'cdpr.scenario.motions.quintic']"]
 
 
 # Packages that a run of ideal cables on our own backend does not import.
@@ -214,7 +214,5 @@ UNUSED_BY_A_RUN = (
 @pytest.mark.slow
 def test_a_run_of_compiled_parts_loads_only_what_it_needs(tmp_path):
     words = ["run", "scenarios/caroca.yaml", "--set", "simulation.duration=0.01", "--no-report", "--out"]
-    main = "from cdpr.ui.cli import cli; cli.main({!r}, standalone_mode=False)"
-    test_light_commands_import_no_heavy_modules(
-        main.format([*words, str(tmp_path / "out")]), (*HEAVY, *UNUSED_BY_A_RUN)
-    )
+    found = modules((command(*words, str(tmp_path / "out")), (*HEAVY, *UNUSED_BY_A_RUN)))
+    assert found[0] == "[]"

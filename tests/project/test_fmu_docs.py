@@ -20,6 +20,7 @@ from cdpr.fmu.read.signals import INPUTS, OUTPUTS
 from cdpr.ui.cli import cli
 
 TEXT = (ROOT / "docs/fmu.md").read_text()
+PID = "controller={type: pid, kp: 100, kd: 20, ki: 0}"
 SETTLED = 1e-3  # m: a second after the ramp, 10 time constants of 0.1 s, of a lag of 0.05 m
 NEED = {"required": "yes", "optional": "no", "choice": "one"}
 
@@ -36,12 +37,13 @@ def test_the_table_of_signals():
     assert table.splitlines()[2:] == rows
 
 
-def test_the_example_in_fmpy_arrives(tmp_path, monkeypatch, capsys):
-    """With the FMU that a command above it makes."""
+@pytest.mark.parametrize("more", [pytest.param([], marks=pytest.mark.slow), ["--set", PID]], ids=["exact", "pid"])
+def test_the_example_in_fmpy_arrives(more, tmp_path, monkeypatch, capsys):
+    """With the FMU that a command above it makes; by default with the library of physics/test_fmu_control.py."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
     (made,) = re.findall(r"^\$ cdpr (fmu export \S+ -o loop\.fmu .*?) +#", TEXT, re.MULTILINE)
-    done = CliRunner().invoke(cli, shlex.split(made.replace("scenarios/", f"{ROOT}/scenarios/")))
+    done = CliRunner().invoke(cli, [*shlex.split(made.replace("scenarios/", f"{ROOT}/scenarios/")), *more])
     assert done.exit_code == 0, done.output
     checked = CliRunner().invoke(cli, ["fmu", "check", "loop.fmu", str(ROOT / "scenarios" / "robots" / "planar.yaml")])
     assert "; the FMU receives no part of the state: an open-loop" in checked.stdout  # no controller of a scenario

@@ -82,7 +82,7 @@ def test_guards(trap):
 
 
 @sampled(
-    lambda trap, engine: trap in ("none", "damping", "frame"),
+    lambda trap, engine: trap in ("none", "frame"),
     ("trap", "engine"),
     [
         pytest.param(trap, engine, marks=() if engine == ENGINES[0] else pytest.mark.slow)

@@ -95,7 +95,7 @@ def test_lines_are_dropped_doubled_moved_and_indented(name, data):
     outcome("".join(lines))
 
 
-@many
+@settings(suppress_health_check=[HealthCheck.too_slow])
 @given(st.dictionaries(st.sampled_from(PATHS), VALUES, min_size=1, max_size=3))
 def test_values_are_replaced_by_any_others(changes):
     name = next(iter(changes))[0]

@@ -350,17 +350,6 @@ def test_thesis():
     assert (scenario.trajectory.duration, scenario.simulation.steps) == (100, 100_000)
 
 
-def test_loading_imports_no_engine_and_nothing_slow():
-    code = (
-        "import sys; from cdpr.scenario import load_scenario, load_any;"
-        f"load_scenario({str(SCENARIOS / 'caroca.yaml')!r});"
-        "import cdpr.ui.cli.validate, cdpr.scenario.json_schema;"
-        "print(sorted({'scipy', 'matplotlib', 'mujoco', 'mcap', 'rich'} & set(sys.modules)))"
-    )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout == "[]\n"
-
-
 @pytest.mark.slow
 def test_models_are_made_into_validators_when_first_used():
     """Most of them, of events, motions and parts, a run never needs."""

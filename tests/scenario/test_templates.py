@@ -127,9 +127,9 @@ def test_templates_of_random_proportions(name):
         units = chords / np.linalg.norm(chords, axis=1)[:, None]
         rows = np.hstack([units, np.cross(robot.anchors[:, 3:], units) / robot.characteristic_length]).T[robot.rows]
         assert np.linalg.matrix_rank(rows, tol=1e-4) == robot.n
-        if good[static].mean() < FREE and crowded(robot, sizes) is None:
+        if good[static].mean() < FREE and crowded(sizes) is None:
             failures.append((frame, platform, good[static].mean()))
-        if crowded(robot, sizes) is not None:
+        if crowded(sizes) is not None:
             assert name in MAY_WARN, (frame, platform)
     assert not failures
 

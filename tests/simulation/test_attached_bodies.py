@@ -59,7 +59,7 @@ def test_engines_equal_the_reference_with_their_scheme(name):
 
 @pytest.mark.parametrize("backend", ["reference", *ENGINES])
 @pytest.mark.parametrize("name", ["caroca", "planar"])
-@pytest.mark.usual("caroca-*", "planar-mujoco", "planar-bullet")
+@pytest.mark.usual("caroca-[!m]*", "planar-mujoco")
 def test_snapshots_before_and_after_each_change(name, backend):
     events = [TAKEN, SECOND] if name == "caroca" else [{**TAKEN, "mass": 0.5}]
     given = {"simulation.duration": 0.4, "events": events, "simulation.backend": backend}

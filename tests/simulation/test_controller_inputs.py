@@ -205,13 +205,13 @@ def test_preview_does_not_know_of_later_events():
 
 @pytest.mark.parametrize("kind", [Predictive, type("Each", (Predictive,), {"period": 1})])
 def test_sessions_with_new_targets_have_the_same_bits(kind, tmp_path):
-    with cdpr.Simulation("caroca", controller=kind, overrides={"simulation.duration": 0.3}) as sim:
-        sim.until(0.1)
+    with cdpr.Simulation("caroca", controller=kind, overrides={"simulation.duration": 0.16}) as sim:
+        sim.until(0.04)
         sim.target([0.1, 0.0, 1.2], duration=0.5)
-        sim.until(0.15)
+        sim.until(0.08)
         sim.step(9, wrench=[0, 0, 1500, 0, 0, 0])
-        sim.stop(stopping_time=0.1)
-        sim.until(0.3)
+        sim.stop(stopping_time=0.05)
+        sim.until(0.16)
         sim.save(tmp_path / "session.yaml")
         live = sim.run()
     assert cdpr.simulate(tmp_path / "session.yaml", controller=kind).rows.tobytes() == live.rows.tobytes()

@@ -9,12 +9,13 @@ import platform
 import tempfile
 import time
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from cdpr.base import ownership
 from cdpr.base.checksums import checksum
 from cdpr.base.errors import OutputError
+from cdpr.base.locks import lock, open_to_lock
 from cdpr.base.temporary import TemporaryFolder, sweep
 from cdpr.base.user_folders import user_cache
 from cdpr.fmu.export.description import IDENTIFIER
@@ -28,6 +29,8 @@ def kept(
 ) -> bytes:
     """Return the file that a compiler makes of `files`, contents by name; from the cache if present.
 
+    If another process is making the file, wait for it.
+
     Args:
         command: the compiler's command, for the name in the cache only.
         files: content of the compiled files, by name.
@@ -40,16 +43,36 @@ def kept(
         digest.update(name.encode() + b"\0" + content)
     folder = fmu_cache()
     begin = f"{IDENTIFIER}-{digest.hexdigest()[:32]}-"
-    for cached in folder.glob(f"{begin}*{ending}"):
-        if (known := _cached(cached)) is not None:
+    if (known := _known(folder, begin, ending)) is not None:
+        return known
+    with _locked(folder / f"{begin}lock.tmp"):
+        if (known := _known(folder, begin, ending)) is not None:
             return known
-    with TemporaryFolder(COMPILING, str(folder)) as place:
-        built = make(Path(place.path))
-        built.chmod(0o600)
-        content = built.read_bytes()
-        os.replace(built, folder / f"{begin}{checksum(content)}{ending}")
+        with TemporaryFolder(COMPILING, str(folder)) as place:
+            built = make(Path(place.path))
+            built.chmod(0o600)
+            content = built.read_bytes()
+            os.replace(built, folder / f"{begin}{checksum(content)}{ending}")
     keep_newest(folder, ending, number)
     return content
+
+
+@contextlib.contextmanager
+def _locked(path: Path) -> Iterator[None]:
+    """Hold a lock between processes; without one if the file system has none, or another holds it for too long."""
+    file = open_to_lock(path, mode=0o600)
+    try:
+        lock(file, TIMEOUT)
+        yield
+    finally:
+        path.unlink(missing_ok=True)  # who waits for it finds what was made
+        os.close(file)
+
+
+def _known(folder: Path, begin: str, ending: str) -> bytes | None:
+    """Return the content of a usable file of the cache whose name has this begin and ending; None if there is none."""
+    found = (_cached(path) for path in folder.glob(f"{begin}*{ending}"))
+    return next((content for content in found if content is not None), None)
 
 
 def _cached(path: Path) -> bytes | None:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
+from copy import deepcopy
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -66,16 +68,23 @@ def robot_data(sizes: Sizes, name: str) -> dict[str, Any]:
                 raise CdprError(f"{what}: expected {low:g} to {high:g} {unit}, got {part:g} {unit}{hint}")
     if any(part >= around for part, around in zip(sizes.platform, sizes.frame, strict=True)):
         raise CdprError(f"the platform, {sizes.platform} m, must be smaller than the frame, {sizes.frame} m")
+    return {"name": name, **deepcopy(_freest(sizes)[0])}
+
+
+@lru_cache(16)
+def _freest(sizes: Sizes) -> tuple[dict[str, Any], FreeShare]:
+    """Return the data of the robot whose cables interfere least, without a name, and its share."""
     count = (4 if sizes.planar else 8) if sizes.cables is None else sizes.cables
-    best, most = None, -1.0
+    best: tuple[dict[str, Any], FreeShare] | None = None
+    most = -1.0
     for rows in _layouts(sizes, count):
-        data = _robot(sizes, name, rows, count)
+        data = _robot(sizes, rows, count)
         if data is None:
             continue
         share = share_of(_section(data).to_robot(), sizes)
         free = share.value if share.home else 0.0
         if free > most:
-            best, most = data, free
+            best, most = (data, share), free
         if free >= FREE:
             break
     if best is None:
@@ -95,9 +104,9 @@ def share_of(robot: Robot, sizes: Sizes) -> FreeShare:
     return free_share(robot, low, high, np.array(World().gravity))
 
 
-def crowded(robot: Robot, sizes: Sizes) -> str | None:
+def crowded(sizes: Sizes) -> str | None:
     """Return a warning if less than `FREE` of a new robot's static workspace is free of interference."""
-    share = share_of(robot, sizes)
+    _, share = _freest(sizes)
     if share.value >= FREE and share.home:
         return None
     remedy = "a deeper platform" if sizes.planar else "a larger platform"
@@ -111,7 +120,7 @@ def crowded(robot: Robot, sizes: Sizes) -> str | None:
     )
 
 
-def _robot(sizes: Sizes, name: str, rows: layouts.Rows, count: int) -> dict[str, Any] | None:
+def _robot(sizes: Sizes, rows: layouts.Rows, count: int) -> dict[str, Any] | None:
     """Return the data of a robot with these cables and the lowest feasible limits; None if none are feasible."""
     dof = layouts.PLANE if sizes.planar else layouts.POINT if count < 6 else layouts.SPACE
     weight = sizes.mass * float(np.linalg.norm(World().gravity))
@@ -120,7 +129,6 @@ def _robot(sizes: Sizes, name: str, rows: layouts.Rows, count: int) -> dict[str,
     if "ry" in dof:
         body["inertia"] = _inertia(sizes)
     data: dict[str, Any] = {
-        "name": name,
         "dof": dof,
         "platform": {**body, "shape": {"box": list(sizes.platform)}},
         "home": {"position": home},
@@ -133,7 +141,7 @@ def _robot(sizes: Sizes, name: str, rows: layouts.Rows, count: int) -> dict[str,
         hangs = np.ptp(robot.anchors[:, 2]) == 0.0
         sound = hangs or pulls_against_itself(robot, *at)
         if sound and holds(robot, *at, np.array(World().gravity)):
-            return {**{key: data[key] for key in ("name", "dof", "platform")}, "tension": limits, **data}
+            return {**{key: data[key] for key in ("dof", "platform")}, "tension": limits, **data}
     return None
 
 

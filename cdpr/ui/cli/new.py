@@ -70,12 +70,11 @@ def robot(file: str, **given: Any) -> None:
     Tension limits follow from the mass. Sizes for which the cables cannot balance the weight are rejected. Cables touch
     neither each other nor the platform in most of the static workspace; otherwise a warning is shown.
     """
-    from cdpr.scenario import load_robot
     from cdpr.scenario.template import crowded, robot_text
 
     chosen = _sizes(given)
     text = robot_text(file, chosen, _stem(file, "robot"))
-    _write(file, text, f"cdpr info {shlex.quote(file)}", crowded(load_robot(file, text=text), chosen))
+    _write(file, text, f"cdpr info {shlex.quote(file)}", crowded(chosen))
 
 
 @command.command("scenario")
@@ -86,7 +85,6 @@ def robot(file: str, **given: Any) -> None:
 @sizes
 def scenario(file: str, source: str | None, **given: Any) -> None:
     """Write a scenario FILE (default: scenario.yaml; - prints it): a slow feasible move of its robot."""
-    from cdpr.scenario import load_scenario
     from cdpr.scenario.template import RESTS, crowded
     from cdpr.simulation.trial_runs import scenario_with_trials
 
@@ -95,12 +93,11 @@ def scenario(file: str, source: str | None, **given: Any) -> None:
         raise CdprError(f"{', '.join(extra)}: sizes are those of the robot file; leave them out, or --robot")
     chosen = _sizes(given)
     trial = scenario_with_trials(file, source, chosen)
-    text = trial.text
-    warning = None if source is not None else crowded(load_scenario(file, text=text).robot, chosen)
-    _write(file, text, f"cdpr run {shlex.quote(file)}", warning)
+    warning = None if source is not None else crowded(chosen)
+    _write(file, trial.text, f"cdpr run {shlex.quote(file)}", warning)
     if trial.note:
         click.echo(trial.note, err=True)
-    if RESTS in text and file != STDOUT:
+    if RESTS in trial.text and file != STDOUT:
         click.echo(f"{RESTS} 'cdpr info {shlex.quote(file)}' shows details; a trajectory can be written in", err=True)
 
 

@@ -32,7 +32,7 @@ def cdpr(*arguments, cwd, code=0, env=None):
 
 @pytest.mark.core
 def test_it_prints_a_summary_and_the_folder_last(tmp_path):
-    done = cdpr("run", CAROCA, "--set", "simulation.duration=0.05", cwd=tmp_path)
+    done = cdpr_here("run", CAROCA, "--set", "simulation.duration=0.05", cwd=tmp_path)
     assert "infeasible steps    0 of 51" in done.stdout
     folder = tmp_path / done.stdout.splitlines()[-1]
     assert folder.parent == tmp_path / "runs"

@@ -27,7 +27,7 @@ def test_commands_report_and_reject(command, tmp_path):
     assert "warning" not in done.stderr
     assert done.stdout == ""
     if command == "validate":
-        cdpr_here(command, *(path for path in FILES if path not in UNHELD), "--strict", cwd=tmp_path)
+        cdpr_here(command, *[path for path in FILES if path not in UNHELD][:5], "--strict", cwd=tmp_path)
 
 
 def test_a_pose_in_millimetres_is_reported(tmp_path):

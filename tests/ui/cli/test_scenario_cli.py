@@ -99,7 +99,8 @@ def test_no_files_is_a_mistake_of_usage():
 
 
 def test_schemas():
-    assert json.loads(run(schema).stdout) == scenario_schema()
-    assert json.loads(run(schema, "scenario").stdout) == scenario_schema()
+    by_default = run(schema).stdout
+    assert json.loads(by_default) == scenario_schema()
+    assert run(schema, "scenario").stdout == by_default
     assert json.loads(run(schema, "robot").stdout) == robot_schema()
     assert run(schema, "world").exit_code == 2

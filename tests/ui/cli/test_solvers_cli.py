@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 
 import pytest
 from click.testing import CliRunner
@@ -84,12 +82,3 @@ def test_json_holds_what_is_declared(stranger):
 def test_unknown_name():
     with pytest.raises(PluginError, match="did you mean 'qp'"):
         run("qpp")
-
-
-def test_it_loads_nothing_heavy():
-    code = (
-        "import sys, cdpr.ui.cli; cdpr.ui.cli.cli.main(['solvers'], standalone_mode=False); print(sorted(sys.modules))"
-    )
-    output = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
-    loaded = output.splitlines()[-1]
-    assert not [name for name in ("scipy", "matplotlib", "osqp") if f"'{name}'" in loaded]

@@ -67,7 +67,7 @@ SLOW = {
 }
 
 
-@sampled(2, "case", [pytest.param(x, marks=pytest.mark.slow) if x in SLOW else x for x in CASES])
+@sampled(1, "case", [pytest.param(x, marks=pytest.mark.slow) if x in SLOW else x for x in CASES])
 def test_the_page_and_its_figures_are_sound_and_need_nothing_else(case: str) -> None:
     run = CASES[case]()
     text = rendered(case)
