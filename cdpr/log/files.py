@@ -62,8 +62,8 @@ def replace(path: Path, content: str | bytes) -> None:
 
 
 def require_new(path: Path, force: bool, remedy: str = "choose another --out, or --force") -> None:
-    """Raise OutputError with the remedy if a file exists, unless `force` allows to replace it."""
-    if path.exists() and not force:
+    """Raise OutputError with the remedy if a file or link exists, unless `force` allows to replace it."""
+    if not force and os.path.lexists(path):
         raise OutputError(f"'{path}' already exists and is not overwritten; {remedy}")
 
 
@@ -116,7 +116,7 @@ def replacing(path: Path) -> Iterator[BinaryIO]:
     try:
         if path.exists() and not (path.is_file() or path.is_dir()):  # a device: the file would replace it
             raise OutputError(f"{path}: cannot be written: it is not a regular file")
-        with temporary.open("xb") as file:
+        with temporary.open("x+b") as file:
             yield file
         os.replace(temporary, path)
     except OSError as error:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
+from functools import partial
 from typing import get_args
 
 from cdpr.base.errors import CdprError
@@ -32,7 +33,15 @@ def loop_parts(scenario: Scenario) -> tuple[LoopPart, ...]:
 
 def entries() -> tuple[str, ...]:
     """Return the names of the functions in `LOOP_PARTS`, with their modules."""
-    return tuple(f"{entry.__module__}.{getattr(entry, '__qualname__', entry)}" for entry in LOOP_PARTS)
+    return tuple(map(_name, LOOP_PARTS))
+
+
+def _name(entry: Callable[..., object]) -> str:
+    """Return the name of a function, of that of a partial, or of an object's class: equal in all processes."""
+    while isinstance(entry, partial):
+        entry = entry.func
+    named = entry if hasattr(entry, "__qualname__") else type(entry)
+    return f"{named.__module__}.{named.__qualname__}"
 
 
 def check_entries(expected: tuple[str, ...]) -> None:

@@ -22,13 +22,12 @@ def require(scenario: Scenario, use: str) -> None:
         if support.level == "no":
             problems.add(scenario.mark(*path), path, f"{_unsupported(use, support)}; {_remedy(path, value)}")
             reasons.add(support.why)
-    for title, needs in _parts(scenario):
-        support = needs.support(use)
+    unsupported = dict.fromkeys((title, needs.support(use)) for title, needs in _parts(scenario))
+    for title, support in unsupported:
         if support.level == "no" and support.why not in reasons:  # the section of the part may have the same
             problems.add(
                 Mark(scenario.mark().source), (), f"{title}: {_unsupported(use, support)}; remove it from the loop"
             )
-            reasons.add(support.why)
     problems.raise_any()
 
 

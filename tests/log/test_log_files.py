@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 from cdpr.base.errors import OutputError
-from cdpr.log.files import make_folder, replace, replacing
+from cdpr.log.files import make_folder, replace, replacing, require_new
 
 
 @pytest.mark.parametrize("content", ["größer\n", b"gr\xc3\xb6\xc3\x9fer\n"])
@@ -52,6 +52,16 @@ def test_special_files_are_not_replaced(tmp_path):
     with pytest.raises(OutputError, match="it is not a regular file"):
         replace(tmp_path / "pipe", "text")
     assert (tmp_path / "pipe").is_fifo()
+
+
+def test_links_without_a_file_are_kept(tmp_path):
+    """A file would replace the link, not its missing target."""
+    link = tmp_path / "link"
+    link.symlink_to(tmp_path / "none")
+    with pytest.raises(OutputError, match="already exists and is not overwritten"):
+        require_new(link, force=False)
+    require_new(link, force=True)
+    require_new(tmp_path / "none", force=False)
 
 
 def test_threads_that_write_the_same_file_do_not_mix(tmp_path):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import pytest
 from click.testing import CliRunner
 from conftest import ROOT
@@ -111,6 +113,13 @@ def test_a_part_that_moves_the_anchors_is_reported_once_with_its_section(loop, m
     assert len(str(told.value).splitlines()) == 1
 
 
+def test_all_parts_with_the_same_reason_are_reported(loop):
+    scenario = loop(Toy, type("Other", (Toy,), {"name": "other"}))
+    with pytest.raises(ScenarioError) as told:
+        require(scenario, "mjcf")
+    assert {line.split("'")[1] for line in str(told.value).splitlines()} == {"toy", "other"}
+
+
 @pytest.mark.parametrize("role", ["backend", "controller"])
 def test_plugins_must_declare_features_that_a_part_needs(loop, role):
     scenario = loop(type("Airy", (Toy,), {"needs": Needs(**{role: {"features": "air"}})}))
@@ -130,6 +139,22 @@ def test_workers_reject_cases_of_a_process_with_other_parts(loop, tmp_path):
     assert outcome.status == "failed"
     assert outcome.message.startswith("parts of the loop: expected test_needs_of_parts.loop.<locals>.load.<locals>.")
     assert "got none in its worker: add them to LOOP_PARTS in a file for --plugin" in outcome.message
+
+
+class Maker:
+    def __call__(self, scenario):
+        return Toy()
+
+
+def test_names_of_entries_are_equal_in_all_processes(monkeypatch):
+    """They contain no addresses of objects."""
+    of_kind = partial(lambda kind, scenario: kind(), Toy)
+    monkeypatch.setattr(loop_parts, "LOOP_PARTS", [Maker(), partial(Maker(), None), of_kind, Maker().__call__])
+    there = loop_parts.entries()
+    of_kind = partial(lambda kind, scenario: kind(), Toy)
+    monkeypatch.setattr(loop_parts, "LOOP_PARTS", [Maker(), partial(Maker(), None), of_kind, Maker().__call__])
+    loop_parts.check_entries(there)
+    assert there[0] == there[1] == "test_needs_of_parts.Maker"
 
 
 def test_the_default_rejects_exports_only():

@@ -65,7 +65,12 @@ class Baseline:
     @property
     def name(self) -> str:
         """Name of the baseline's file."""
-        return safe_name(f"{self.scenario}_{self.backend}") + SUFFIX
+        return file_name(self.scenario, self.backend)
+
+
+def file_name(scenario: str, backend: str) -> str:
+    """Return the name of the file of a scenario's baseline on a backend."""
+    return safe_name(f"{scenario}_{backend}") + SUFFIX
 
 
 def make(run: Run, scenario: Scenario, changes: Sequence[str], folder: Path) -> Baseline:

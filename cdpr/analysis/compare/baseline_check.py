@@ -64,13 +64,18 @@ def save(
     Raises:
         ScenarioError: if a scenario is invalid.
         PluginError: if a plugin is missing.
-        OutputError: if a file exists without `force`, or cannot be written.
-        CdprError: if a run fails; nothing is written then.
+        OutputError: if a file exists without `force`, before the runs, or cannot be written.
+        CdprError: if a run fails, or two baselines have one name; nothing is written then.
     """
     chosen: Sequence[str | None] = backends or [None]
     scenarios = [load_scenario(path, overrides=overrides, backend=backend) for path in paths for backend in chosen]
     for scenario in scenarios:
         check_repeatable(scenario, "a baseline")
+    names = [baseline.file_name(scenario.name, scenario.simulation.backend) for scenario in scenarios]
+    if twice := sorted({name for name in names if names.count(name) > 1}):
+        raise CdprError(f"two baselines would have the name {', '.join(twice)}: give each scenario a unique name")
+    for name in names:
+        require_new(folder / name, force)
 
     def keep(k: int, result: RunResult) -> Baseline | CdprError:
         if result.run is None or not result.complete:
@@ -82,11 +87,6 @@ def save(
         if isinstance(each, CdprError):
             raise each
         kept.append(each)
-    names = [each.name for each in kept]
-    if twice := sorted({name for name in names if names.count(name) > 1}):
-        raise CdprError(f"two baselines would have the name {', '.join(twice)}: give each scenario a unique name")
-    for name in names:
-        require_new(folder / name, force)
     return [baseline_file.write(each, folder) for each in kept]
 
 

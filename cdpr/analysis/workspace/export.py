@@ -16,7 +16,7 @@ from cdpr.analysis.workspace.result import Workspace
 from cdpr.analysis.workspace.surface import surface
 from cdpr.analysis.workspace.turns import Turns
 from cdpr.base.errors import CdprError
-from cdpr.log.files import unwritable
+from cdpr.log.files import replace
 
 BLOCK = 2**20  # size of a compressed block, bytes
 LEVEL = 6  # zlib level, identical in all its versions
@@ -162,14 +162,7 @@ def export(found: Workspace, path: str | os.PathLike[str]) -> None:
     target = Path(path)
     if target.suffix not in WRITERS:
         raise CdprError(f"{target}: expected a name that ends in {', '.join(WRITERS)}")
-    content = WRITERS[target.suffix](found)
-    part = target.with_name(f".{target.name}.{os.getpid()}.part")
-    try:
-        part.write_bytes(content)
-        part.replace(target)
-    except OSError as error:
-        part.unlink(missing_ok=True)
-        raise unwritable(target, error) from error
+    replace(target, WRITERS[target.suffix](found))
 
 
 def _extent(counts: list[int]) -> str:

@@ -31,7 +31,7 @@ from cdpr.analysis.workspace.turns import Turns, check_turns, turns
 from cdpr.base.checksums import check_archive, seal_archive, validated
 from cdpr.base.errors import CdprError, LogError
 from cdpr.base.problems import shown
-from cdpr.log.files import unwritable
+from cdpr.log.files import replacing
 from cdpr.mechanics.clearance import Clearance, clearance
 from cdpr.mechanics.properties import home_pose
 from cdpr.model import Robot
@@ -129,8 +129,7 @@ class Workspace:
         Raises:
             OutputError: if it cannot be written.
         """
-        region, target = self.region, Path(path)
-        part = target.with_name(f".{target.name}.{os.getpid()}.part")
+        region = self.region
         about = {"format": FORMAT, "kind": self.kind.name, "robot": self.robot, **self.about}
         x, y, z = region.axes
         tables = {
@@ -148,14 +147,9 @@ class Workspace:
             "about": np.array(json.dumps(about, sort_keys=True)),
             **({} if self.detail is None else self.detail.arrays()),
         }
-        try:
-            with part.open("w+b") as file:
-                np.savez_compressed(file, allow_pickle=False, **tables)
-                seal_archive(file)
-            part.replace(target)
-        except OSError as error:
-            part.unlink(missing_ok=True)
-            raise unwritable(target, error) from error
+        with replacing(Path(path)) as file:
+            np.savez_compressed(file, allow_pickle=False, **tables)
+            seal_archive(file)
 
 
 def load_workspace(path: str | os.PathLike[str]) -> Workspace:

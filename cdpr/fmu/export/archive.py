@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import io
-import os
 import uuid
 import warnings
 import zipfile
@@ -20,7 +18,7 @@ from cdpr.fmu.export.description import IDENTIFIER, build_description, configura
 from cdpr.fmu.export.library import FLAGS, NATIVE, SOURCE, library, sources, target
 from cdpr.fmu.export.variables import Model
 from cdpr.fmu.read import trust
-from cdpr.log.files import require_new, temporary_of
+from cdpr.log.files import make_folder, replacing, require_new
 
 # earliest time that a zip archive supports
 EPOCH = (1980, 1, 1, 0, 0, 0)
@@ -92,17 +90,11 @@ def cached_fmu(model: Model, fmi: int = 3) -> Path:
 
 
 def _write(out: Path, content: bytes, mode: int | None = None) -> None:
-    temporary = temporary_of(out)  # an incomplete file never has the final name
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        temporary.write_bytes(content)
+    make_folder(out.parent)
+    with replacing(out) as file:
+        file.write(content)
         if mode is not None:
-            temporary.chmod(mode)
-        os.replace(temporary, out)
-    except OSError as error:
-        with contextlib.suppress(OSError):
-            temporary.unlink()
-        raise OutputError(f"{out}: cannot be written: {error.strerror or error}") from error
+            Path(file.name).chmod(mode)
 
 
 def assemble(

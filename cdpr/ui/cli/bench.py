@@ -61,10 +61,13 @@ def solvers(
 
     from cdpr.scenario import load_robot
 
-    if out is not None:
-        require_new_in(out, ("bench.json", "bench.html"), force)
     options = _options(changes)
     loaded = [load_robot(path) for path in robots or ROBOTS]
+    if out is not None:
+        from cdpr.ui.report.pages.bench import drawing_name
+
+        drawn = (drawing_name(k, robot.name) for k, robot in enumerate(loaded, 1))
+        require_new_in(out, ("bench.json", "bench.html", *drawn), force)
     chosen = None if solvers == "all" else names(solvers)
     # imported only after the files are valid, because it is slow
     from cdpr.analysis import bench

@@ -213,9 +213,20 @@ def test_nothing_is_kept_of_a_run_that_fails(tmp_path):
     assert not (tmp_path / "out").exists()
 
 
-def test_two_of_one_name_are_refused(tmp_path):
+@pytest.fixture
+def no_runs(monkeypatch):
+    """Let no baseline run its scenario."""
+    monkeypatch.setattr(baseline_check, "run_cases", lambda *_, **__: pytest.fail("a run began"))
+
+
+def test_two_of_one_name_are_refused(tmp_path, no_runs):
     with pytest.raises(CdprError, match="two baselines would have the name"):
         baseline_check.save([str(SCENARIOS / "caroca.yaml")] * 2, tmp_path / "out", overrides=SHORT)
+
+
+def test_an_existing_baseline_is_refused_before_the_runs(kept, no_runs):
+    with pytest.raises(OutputError, match=r"caroca_reference\.baseline\.json' already exists"):
+        baseline_check.save([str(kept / "scenarios" / "caroca.yaml")], kept / "kept", overrides=SHORT)
 
 
 def test_a_file_in_the_way(tmp_path, home):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import csv
 import itertools
+import os
 import zlib
 from collections import Counter
 from xml.etree import ElementTree
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 from workspace_cases import cli, robot_of
 
+from cdpr.analysis.workspace import result
 from cdpr.analysis.workspace.combine import combine
 from cdpr.analysis.workspace.export import export
 from cdpr.analysis.workspace.regions import region
@@ -243,3 +245,28 @@ def test_the_command_and_its_errors(tmp_path, cogiro):
     assert done.stderr.strip() == f"{tmp_path / 'w.stl'}: expected a name that ends in .vti, .vtu, .ply, .csv"
     with pytest.raises(OutputError):
         export(cogiro, tmp_path / "no such folder" / "w.csv")
+
+
+def test_interrupted_saves_leave_nothing(cogiro, tmp_path, monkeypatch):
+    def interrupt(file):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(result, "seal_archive", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        cogiro.save(tmp_path / "w.npz")
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize("name", ["w.npz", "w.csv"])
+def test_special_files_are_not_replaced(cogiro, tmp_path, name):
+    os.mkfifo(tmp_path / name)
+    write = cogiro.save if name.endswith(".npz") else lambda path: export(cogiro, path)
+    with pytest.raises(OutputError, match="it is not a regular file"):
+        write(tmp_path / name)
+    assert (tmp_path / name).is_fifo()
+
+
+def test_names_may_have_the_length_that_the_file_system_allows(cogiro, tmp_path):
+    name = "n" * 251 + ".npz"
+    cogiro.save(tmp_path / name)
+    assert os.listdir(tmp_path) == [name]

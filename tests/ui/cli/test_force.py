@@ -35,7 +35,7 @@ FILES = {
     "bench solvers": (
         ("planar", "--poses", "2", "--adversaries", "0", "--solvers", "qp", "--out"),
         "b",
-        ("bench.html",),
+        ("bench.html", "1_planar.svg"),
     ),
     "baseline save": ((CAROCA, *SHORT, "--out"), "kept", ("caroca_reference.baseline.json",)),
 }
@@ -76,11 +76,14 @@ def test_existing_files_need_force(name, inputs, tmp_path, monkeypatch):
     assert first.exit_code == 0, first.output
     files = [target / each for each in inside] or [target]
     before = [file.read_bytes() for file in files]
-    for file in files:
+    for file, content in zip(files, before, strict=True):
+        for other in target.iterdir() if inside else ():
+            other.unlink()
+        file.write_bytes(content)  # each of them alone is kept
         again = CliRunner().invoke(cli, command)
         assert isinstance(again.exception, OutputError)
         assert "already exists and is not overwritten; choose another --out, or --force" in str(again.exception)
-        assert file.read_bytes() == before[files.index(file)]
+        assert file.read_bytes() == content
     forced = CliRunner().invoke(cli, [*command, "--force"])
     assert forced.exit_code == 0, forced.output
 

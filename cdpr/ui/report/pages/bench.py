@@ -77,8 +77,13 @@ def drawings(figures: Mapping[str, Any]) -> dict[str, str]:
         svg = inline_svg(
             bench_plots.robot(robot), f"robot{k}", f"Tension solvers on the robot {robot['name']}", both=False
         )
-        out[f"{k}_{re.sub(r'[^A-Za-z0-9_-]+', '_', robot['name'])[:60]}.svg"] = svg
+        out[drawing_name(k, robot["name"])] = svg
     return out
+
+
+def drawing_name(k: int, robot: str) -> str:
+    """Return the file name of the drawing of the k-th robot."""
+    return f"{k}_{re.sub(r'[^A-Za-z0-9_-]+', '_', robot)[:60]}.svg"
 
 
 def render(figures: Mapping[str, Any], drawn: list[str]) -> str:
