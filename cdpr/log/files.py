@@ -17,6 +17,7 @@ from cdpr.base.locks import Lock, lock, open_to_lock
 from cdpr.base.problems import shown
 
 GOES_ON = "its run, or a repair of it, is still going on; wait for it, or end it"
+NAME_OR_FORCE = "choose another --out, or --force"  # remedy of commands if a file exists
 TEMPORARY = ".tmp"  # end of the names of incomplete files
 NAME_LENGTH = 40  # characters of the final name in them: file systems limit names to 255 bytes
 LOCK_SECONDS = 10.0  # s that a new run waits for a repair to inspect its folder, which takes milliseconds
@@ -61,9 +62,15 @@ def replace(path: Path, content: str | bytes) -> None:
         file.write(content.encode() if isinstance(content, str) else content)
 
 
+<<<<<<< HEAD
 def require_new(path: Path, force: bool, remedy: str = "choose another --out, or --force") -> None:
     """Raise OutputError with the remedy if a file or link exists, unless `force` allows to replace it."""
     if not force and os.path.lexists(path):
+=======
+def require_new(path: Path, force: bool, remedy: str = NAME_OR_FORCE) -> None:
+    """Raise OutputError with the remedy if a file exists, unless `force` allows to replace it."""
+    if path.exists() and not force:
+>>>>>>> left
         raise OutputError(f"'{path}' already exists and is not overwritten; {remedy}")
 
 

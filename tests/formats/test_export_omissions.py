@@ -11,7 +11,8 @@ from command_line import cdpr_here
 from conftest import ROOT
 from export_cases import ROBOTS, subject_of
 
-from cdpr.base.errors import CdprError, FormatError
+from cdpr.base.errors import CdprError, FormatError, PartsLeftOut
+from cdpr.formats.write.export import export as export_verb
 from cdpr.formats.write.export_model import Options, export
 from cdpr.model import rotations
 
@@ -107,7 +108,7 @@ def test_packages_for_ros_2_are_of_scenarios(tmp_path):
     again = cdpr_here("export", ROOT / "scenarios" / "caroca.yaml", "--to", "ros2", "--out", tmp_path / "out", code=8)
     assert "exists already and is not empty" in again.stderr
     robot = cdpr_here("export", ROBOTS / "caroca.yaml", "--to", "ros2", code=2)
-    assert "ros2 is for scenarios" in robot.stderr
+    assert "ros2 requires a scenario" in robot.stderr
     assert "'cdpr new scenario --robot FILE' writes one" in robot.stderr
 
 
@@ -151,3 +152,16 @@ def test_pulleys_can_be_replaced_by_points(tmp_path, to):
     points = [f"--set=robot.cables[{k}].exit={{type: point}}" for k in range(8)]
     cdpr_here("export", robot, "--to", to, *style, *points, "--out", tmp_path / "b", code=0)
     assert (tmp_path / "a").read_text() == (tmp_path / "b").read_text()
+
+
+@pytest.mark.parametrize("to", ["urdf", "native"])
+def test_the_command_and_the_python_interface_write_and_report_the_same(to, tmp_path):
+    scenario = ROOT / "scenarios" / "cable_break.yaml"
+    with pytest.warns(PartsLeftOut) as caught:
+        ours = export_verb(scenario, to, tmp_path / "python")
+    done = cdpr_here("export", scenario, "--to", to, "--out", tmp_path / "command")
+    files = sorted(path.relative_to(ours) for path in ours.rglob("*")) if ours.is_dir() else [Path()]
+    assert files
+    for name in files:
+        assert (tmp_path / "command" / name).read_bytes() == (ours / name).read_bytes()
+    assert [str(each.message) for each in caught] == done.stderr.splitlines()

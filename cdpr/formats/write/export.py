@@ -1,12 +1,13 @@
-"""Export of a robot, scenario or run to a file of another program: the verb of the Python interface."""
+"""Export of a robot, scenario or run to a file of another program, for the Python interface and `cdpr export`."""
 
 from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import cast
 
 from cdpr.base.errors import CdprError, FormatError, PartsLeftOut
 from cdpr.base.nearest import did_you_mean
@@ -16,11 +17,12 @@ from cdpr.formats.write.export_model import Options, begin, left_out
 from cdpr.formats.write.export_model import export as text_of
 from cdpr.log.export import EXPORTS
 from cdpr.log.export import export as write_table
-from cdpr.log.files import make_folder, name_from, output_path, replace, require_new
+from cdpr.log.files import NAME_OR_FORCE, make_folder, name_from, output_path, replace, require_new
 from cdpr.log.reader import load_run
 from cdpr.log.run import Run
-from cdpr.scenario import load_scenario
-from cdpr.scenario.loader import AnyRobot, robot_or_scenario
+from cdpr.model import Robot
+from cdpr.scenario import Scenario, load_scenario
+from cdpr.scenario.loader import AnyRobot, AnyScenario, robot_or_scenario
 from cdpr.scenario.option_migration import outside
 from cdpr.simulation.needs import omitted as left_out_of
 
@@ -65,47 +67,67 @@ def export(
     if to in EXPORTS:
         if not isinstance(what, Run | str | os.PathLike):
             raise CdprError(f"export(what=): {to} is for runs, expected a Run or its folder, got {shown(what)}")
-        run = what if isinstance(what, Run) else load_run(os.fspath(what))
-        target = _output(f"{name_from(run.header.scenario)}.{to}" if out is None else out)
-        write_table(run, to, target, force)
-        return target
-    if isinstance(what, Run):
+        loaded: Robot | Scenario | Run = what if isinstance(what, Run) else load_run(os.fspath(what))
+    elif isinstance(what, Run):
         raise CdprError(f"export(what=): {to} is for robots and scenarios, got a run: {', '.join(EXPORTS)}")
-    return _packages(what, to, out, force) if to in (PACKAGES, NATIVE) else _model(what, to, out, force, options)
+    elif to in (PACKAGES, NATIVE):
+        loaded = load_scenario(cast(AnyScenario, what))  # which rejects robots
+    else:
+        loaded = robot_or_scenario(what)
+    target = None if out is None else output_path(out, "export(out=)", "folder" if to in (PACKAGES, NATIVE) else "file")
+    written = write(loaded, to, target, Options(**options), force=force, remedy="choose another name, or force=True")
+    for each in written.omitted:
+        warnings.warn(f"left out: {each}", PartsLeftOut, stacklevel=outside())
+    return written.path
 
 
-def _output(name: object, kind: str = "file") -> Path:
-    return output_path(name, "export(out=)", kind)
+@dataclass(frozen=True)
+class Written:
+    """Written file or folder.
+
+    Attributes:
+        path: its path.
+        omitted: parts that the format does not support.
+        counts: number of `rows` of a table, or of `files` of a folder.
+    """
+
+    path: Path
+    omitted: Sequence[str] = ()
+    counts: Mapping[str, int] = field(default_factory=dict)
 
 
-def _packages(what: Any, to: str, out: str | os.PathLike[str] | None, force: bool) -> Path:
+def write(
+    what: Robot | Scenario | Run,
+    to: str,
+    out: Path | None,
+    options: Options,
+    *,
+    force: bool = False,
+    remedy: str = NAME_OR_FORCE,
+) -> Written:
+    """Write a loaded robot, scenario or run, as `export` does; `remedy` is that of the error if the file exists."""
+    if isinstance(what, Run):
+        out = out or Path(f"{name_from(what.header.scenario)}.{to}")
+        write_table(what, to, out, force)
+        return Written(out, counts={"rows": len(what.rows)})
+    if to in (PACKAGES, NATIVE):
+        assert isinstance(what, Scenario)
+        return _folder(what, to, out or Path(f"{what.name}_{to}"), force)
+    subject = begin(what, to)
+    out = out or Path(f"{name_from(subject.robot.name)}{TARGETS[to].ending}")
+    text = text_of(subject, to, options)
+    require_new(out, force, remedy)
+    make_folder(out.parent)
+    replace(out, text)
+    return Written(out, left_out(subject, to))
+
+
+def _folder(scenario: Scenario, to: str, out: Path, force: bool) -> Written:
     from cdpr.formats.write.native import write_native
     from cdpr.formats.write.ros2 import write_ros2
 
-    scenario = load_scenario(what)
-    target = _output(f"{scenario.name}_{to}" if out is None else out, "folder")
-    omitted: Sequence[str] = []
     if to == PACKAGES:
-        _, omitted = write_ros2(scenario, target)
+        files, omitted = write_ros2(scenario, out)
     else:
-        write_native(scenario, target, force)
-        omitted = left_out_of(scenario, "native")
-    _warn(omitted)
-    return target
-
-
-def _model(what: AnyRobot, to: str, out: str | os.PathLike[str] | None, force: bool, options: dict[str, str]) -> Path:
-    subject = begin(robot_or_scenario(what), to)
-    target = _output(f"{name_from(subject.robot.name)}{TARGETS[to].ending}" if out is None else out)
-    text = text_of(subject, to, Options(**options))
-    require_new(target, force, "choose another name, or force=True")
-    make_folder(target.parent)
-    replace(target, text)
-    _warn(left_out(subject, to))
-    return target
-
-
-def _warn(omitted: Sequence[str]) -> None:
-    """Warn about each part that the format omits."""
-    for each in omitted:
-        warnings.warn(f"left out: {each}", PartsLeftOut, stacklevel=outside())
+        files, omitted = write_native(scenario, out, force), left_out_of(scenario, "native")
+    return Written(out, omitted, {"files": len(files)})

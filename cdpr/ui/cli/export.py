@@ -12,11 +12,17 @@ from cdpr.formats.write import TARGETS
 from cdpr.ui.cli.names import OutPath, change_keys, plugin_files
 
 if TYPE_CHECKING:
+    from cdpr.log.run import Run
+    from cdpr.model import Robot
     from cdpr.scenario import Scenario
 
 TABLES = ("csv", "npz", "mat", "parquet")
 PACKAGE = "ros2"  # a folder of packages, not a file
 NATIVE = "native"  # a folder with a C++ header and its numbers
+SCENARIO_ONLY = {  # reasons why these formats require a scenario
+    PACKAGE: "ros2 requires a scenario, which the node runs, got a robot",
+    NATIVE: "native requires a scenario (for its controller), got a robot",
+}
 
 
 @click.command("export")
@@ -58,88 +64,46 @@ def command(
             option = {"version": "sdf-version", "pulleys": "pulleys-as-points"}.get(name, name)
             formats = " or ".join(f"--to {each}" for each, target in TARGETS.items() if name in target.options)
             raise click.UsageError(f"--{option} is for {formats}")
-    if to == PACKAGE:
-        if force:
-            raise click.UsageError("--force applies to files only; ros2 requires a new or empty folder")
-        file, lines = _packages(what, changes, out)
-    elif to == NATIVE:
-        file, lines = _native(what, changes, out, force)
-    elif to in TABLES:
-        if changes:
-            raise click.UsageError("--set applies to robots and scenarios, not to runs")
-        file, lines = _run(what, to, out, force)
-    else:
-        file, lines = _robot(what, changes, to, {name: value for name, value in given.items() if value}, out, force)
+    if to == PACKAGE and force:
+        raise click.UsageError("--force applies to files only; ros2 requires a new or empty folder")
+    if to in TABLES and changes:
+        raise click.UsageError("--set applies to robots and scenarios, not to runs")
+    from cdpr.formats.write.export import write
+    from cdpr.formats.write.export_model import Options
+    from cdpr.ui.cli.load import print_lines
+
+    loaded = _run(what, to) if to in TABLES else _robot(what, changes, to)
+    if to in TABLES and out is None:
+        from cdpr.log.reader import locate
+
+        out = locate(what)[0].with_name(f"run.{to}")
+    written = write(loaded, to, out, Options(**{name: value for name, value in given.items() if value}), force=force)
+    print_lines(f"left out: {each}" for each in written.omitted)
     if as_json:
-        click.echo(json.dumps({"file": str(file), "format": to, **lines}))
+        click.echo(json.dumps({"file": str(written.path), "format": to, **written.counts}))
     else:
-        click.echo(": ".join([str(file), *(f"{value} {name}" for name, value in lines.items())]))
+        click.echo(": ".join([str(written.path), *(f"{value} {name}" for name, value in written.counts.items())]))
 
 
-def _run(run: str, to: str, out: Path | None, force: bool) -> tuple[Path, dict[str, int]]:
+def _run(run: str, to: str) -> Run:
     from cdpr.base.errors import CdprError
-    from cdpr.log.export import export
-    from cdpr.log.reader import load_run, locate
+    from cdpr.log.reader import load_run
 
     if run.endswith((".yaml", ".yml")):
         others = ", ".join([*TARGETS, PACKAGE, NATIVE])
         raise CdprError(f"{run}: {to} is for runs, and this is a file of a robot or scenario: {others}")
-    log, _ = locate(run)
-    out = out or log.with_name(f"run.{to}")
-    loaded = load_run(run)
-    export(loaded, to, out, force)
-    return out, {"rows": len(loaded.rows)}
+    return load_run(run)
 
 
-def _packages(file: str, changes: tuple[str, ...], out: Path | None) -> tuple[Path, dict[str, int]]:
-    from cdpr.formats.write.ros2 import write_ros2
-    from cdpr.ui.cli.load import print_lines
-
-    loaded = _scenario(file, changes, f"{PACKAGE} is for scenarios, for a node runs one, and this is a robot")
-    out = out or Path(f"{loaded.name}_ros2")
-    files, omitted = write_ros2(loaded, out)
-    print_lines(f"left out: {each}" for each in omitted)
-    return out, {"files": len(files)}
-
-
-def _native(file: str, changes: tuple[str, ...], out: Path | None, force: bool) -> tuple[Path, dict[str, int]]:
-    from cdpr.formats.write.native import write_native
-    from cdpr.simulation.needs import omitted
-    from cdpr.ui.cli.load import print_lines
-
-    loaded = _scenario(file, changes, f"{NATIVE} requires a scenario (for its controller), got a robot")
-    print_lines(f"left out: {each}" for each in omitted(loaded, "native"))
-    out = out or Path(f"{loaded.name}_native")
-    return out, {"files": len(write_native(loaded, out, force))}
-
-
-def _scenario(file: str, changes: tuple[str, ...], refusal: str) -> Scenario:
+def _robot(file: str, changes: tuple[str, ...], to: str) -> Robot | Scenario:
     from cdpr.base.errors import CdprError
     from cdpr.scenario import Scenario
+    from cdpr.scenario.examples import is_run
     from cdpr.ui.cli.load import load_with_warnings
 
-    loaded = load_with_warnings(file, changes)
-    if not isinstance(loaded, Scenario):
-        raise CdprError(f"{file}: {refusal}: 'cdpr new scenario --robot FILE' writes one")
-    return loaded
-
-
-def _robot(
-    file: str, changes: tuple[str, ...], to: str, given: dict[str, str], out: Path | None, force: bool
-) -> tuple[Path, dict[str, int]]:
-    from cdpr.base.errors import CdprError
-    from cdpr.formats.write.export_model import Options, begin, export, left_out
-    from cdpr.log.files import make_folder, replace, require_new
-    from cdpr.scenario.examples import is_run
-    from cdpr.ui.cli.load import load_with_warnings, print_lines
-
-    if is_run(file):
+    if to in TARGETS and is_run(file):
         raise CdprError(f"{file}: {to} is for robots and scenarios, and this is a run: {', '.join(TABLES)}")
-    subject = begin(load_with_warnings(file, changes), to)
-    text = export(subject, to, Options(**given))
-    print_lines(f"left out: {each}" for each in left_out(subject, to))
-    out = out or Path(f"{subject.robot.name}{TARGETS[to].ending}")
-    require_new(out, force)
-    make_folder(out.parent)
-    replace(out, text)
-    return out, {}
+    loaded = load_with_warnings(file, changes)
+    if to not in TARGETS and not isinstance(loaded, Scenario):
+        raise CdprError(f"{file}: {SCENARIO_ONLY[to]}: 'cdpr new scenario --robot FILE' writes one")
+    return loaded
