@@ -37,10 +37,11 @@ def command(
         require_new_in(out, ("info.json", "robot.svg"), force)
     loaded = load_with_warnings(file, changes, strict=strict)
     # imported only after the file is valid, because it is slow
-    from cdpr.ui.cli.analyse_motion import portray
+    from cdpr.ui.cli.pose_option import pose_and_gravity
     from cdpr.ui.report.text.description import lines
+    from cdpr.ui.report.view import analysed
 
-    figures, scene, _ = portray(loaded, pose)
+    figures, scene, _ = analysed(loaded, *pose_and_gravity(loaded, pose)[1:])
     if as_json:
         click.echo(json.dumps(figures, indent=2, allow_nan=False))
     else:

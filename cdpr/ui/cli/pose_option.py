@@ -8,11 +8,11 @@ import re
 import click
 import numpy as np
 
-from cdpr.mechanics.properties import home_pose
 from cdpr.model import Robot
 from cdpr.model.robot import DOF_NAMES, Array
 from cdpr.model.rotations import from_rpy, held_upright
-from cdpr.scenario import Scenario, World
+from cdpr.scenario import Scenario
+from cdpr.scenario.evaluated_pose import evaluated_pose
 from cdpr.scenario.plausible.angles import in_degrees
 from cdpr.scenario.plausible.places import far_text
 from cdpr.ui.cli.numbers import number
@@ -26,15 +26,8 @@ def pose_and_gravity(loaded: Scenario | Robot, pose: str | None) -> tuple[Robot,
     Raises:
         BadParameter: if `pose`, the text of --pose, is invalid for the robot.
     """
-    scenario = loaded if isinstance(loaded, Scenario) else None
     robot = loaded.robot if isinstance(loaded, Scenario) else loaded
-    gravity = np.array(scenario.world.gravity if scenario else World().gravity)
-    if pose is not None:
-        return robot, gravity, parse_pose(pose, robot), "--pose"
-    if scenario is not None:
-        return robot, gravity, scenario.initial.state()[:7], "initial"
-    at, source = home_pose(robot)
-    return robot, gravity, at, source
+    return evaluated_pose(loaded, None if pose is None else parse_pose(pose, robot), "--pose")
 
 
 def parse_pose(text: str, robot: Robot) -> Array:

@@ -146,15 +146,10 @@ def _are_runs(what: Sequence[str]) -> bool:
 def _runs(what: tuple[str, ...], pose: str | None, changes: tuple[str, ...]) -> str:
     if pose is not None or changes:
         raise CdprError("finished runs cannot be changed: leave out --pose and --set")
-    if len(what) > 1:
-        from cdpr.analysis.compare.finished import compare_finished
-        from cdpr.ui.report.pages.compare import render as render_comparison
-
-        return render_comparison(compare_finished(what))
     from cdpr.log.reader import load_run
-    from cdpr.ui.report.pages.run import render
+    from cdpr.ui.report.view import page_of_runs
 
-    return render(load_run(what[0]))
+    return page_of_runs(what if len(what) > 1 else load_run(what[0]))
 
 
 def _view_page(what: tuple[str, ...], pose: str | None, changes: tuple[str, ...]) -> str:
@@ -162,11 +157,10 @@ def _view_page(what: tuple[str, ...], pose: str | None, changes: tuple[str, ...]
 
     loaded = load_with_warnings(what[0], changes)
     # imported only after the file is valid, because it is slow
-    from cdpr.ui.cli.analyse_motion import portray
-    from cdpr.ui.report.pages.view import render_view
+    from cdpr.ui.cli.pose_option import pose_and_gravity
+    from cdpr.ui.report.view import page_of
 
-    figures, shown, survey = portray(loaded, pose)
-    return render_view(loaded.name, figures, shown, survey)
+    return page_of(loaded, *pose_and_gravity(loaded, pose)[1:])
 
 
 def _usual() -> Path:

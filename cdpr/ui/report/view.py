@@ -8,7 +8,6 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr.analysis.compare.finished import compare_finished
@@ -20,11 +19,11 @@ from cdpr.base.user_folders import user_cache
 from cdpr.log.files import make_folder, output_path, replace_markup
 from cdpr.log.reader import load_run
 from cdpr.log.run import Run
-from cdpr.mechanics.properties import home_pose
 from cdpr.model import Robot
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
-from cdpr.scenario import Scenario, World
+from cdpr.scenario import Scenario
+from cdpr.scenario.evaluated_pose import evaluated_pose
 from cdpr.scenario.examples import is_run
 from cdpr.scenario.loader import AnyRobot, robot_or_scenario
 from cdpr.scene import Pictures, Subject
@@ -79,25 +78,24 @@ def view(
 
 
 def _page(what: Any, pose: ArrayLike | None) -> str:
-    run = what if isinstance(what, Run) else None
-    if is_run(what):
-        run = load_run(os.fspath(what))
     several = isinstance(what, list | tuple)
+    run = what if isinstance(what, Run) else load_run(os.fspath(what)) if is_run(what) else None
     if pose is not None and (run is not None or several):
         raise CdprError("view(pose=): applies to robots and scenarios, not to runs")
-    if several:
-        return render_comparison(compare_finished(what))
-    if run is not None:
-        return render(run)
+    if several or run is not None:
+        return page_of_runs(what if run is None else run)
     loaded = robot_or_scenario(what)
-    robot = loaded.robot if isinstance(loaded, Scenario) else loaded
-    if pose is not None:
-        at, source = checked(pose, (7,), "view(pose=)", finite=True), "pose"
-    elif isinstance(loaded, Scenario):
-        at, source = loaded.initial.state()[:7], "initial"
-    else:
-        at, source = home_pose(robot)
-    gravity = np.array(loaded.world.gravity if isinstance(loaded, Scenario) else World().gravity)
+    at = None if pose is None else checked(pose, (7,), "view(pose=)", finite=True)
+    return page_of(loaded, *evaluated_pose(loaded, at)[1:])
+
+
+def page_of_runs(runs: Run | Sequence[str]) -> str:
+    """Return the page of a run, or of two or more folders or logs of runs, which are superimposed."""
+    return render(runs) if isinstance(runs, Run) else render_comparison(compare_finished(runs))
+
+
+def page_of(loaded: Scenario | Robot, gravity: Array, at: Array, source: str) -> str:
+    """Return the page of a robot or of a scenario's motion; arguments as for `analysed`."""
     return render_view(loaded.name, *analysed(loaded, gravity, at, source))
 
 

@@ -157,3 +157,9 @@ def test_pages_of_others_stay(tmp_path, others):
     assert "notes.html' already exists and is not a page that cdpr wrote" in done.stderr
     assert len(done.stderr.splitlines()) == 1
     assert page.read_bytes() == before
+
+
+def test_the_command_and_the_python_interface_write_the_same_page(runs, tmp_path):
+    for what in (SCENARIOS / "robots" / "planar.yaml", runs / "one"):
+        _, text = shown(tmp_path, what)
+        assert cdpr.view(str(what), tmp_path / "verb.html", show=False).read_text() == text
