@@ -62,15 +62,9 @@ def replace(path: Path, content: str | bytes) -> None:
         file.write(content.encode() if isinstance(content, str) else content)
 
 
-<<<<<<< HEAD
-def require_new(path: Path, force: bool, remedy: str = "choose another --out, or --force") -> None:
+def require_new(path: Path, force: bool, remedy: str = NAME_OR_FORCE) -> None:
     """Raise OutputError with the remedy if a file or link exists, unless `force` allows to replace it."""
     if not force and os.path.lexists(path):
-=======
-def require_new(path: Path, force: bool, remedy: str = NAME_OR_FORCE) -> None:
-    """Raise OutputError with the remedy if a file exists, unless `force` allows to replace it."""
-    if path.exists() and not force:
->>>>>>> left
         raise OutputError(f"'{path}' already exists and is not overwritten; {remedy}")
 
 
