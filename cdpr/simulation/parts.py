@@ -45,6 +45,12 @@ class Parts:
     more: tuple[LoopPart, ...] = ()  # further parts, of `cdpr.simulation.loop_parts`
 
     @property
+    def named(self) -> tuple[tuple[str, Backend | Controller | LoopPart], ...]:
+        """Parts that describe themselves in `run.json`, with their names: further parts, backend and controller."""
+        own = (("backend", self.backend), ("controller", self.controller))
+        return (*((part.name, part) for part in self.more), *own)
+
+    @property
     def ideal_cables(self) -> bool:
         """True if tensions equal commands; otherwise tensions and work of the cables are read from the backend."""
         return not GROUPS["winched"].within(self.columns)

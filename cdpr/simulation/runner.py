@@ -245,13 +245,12 @@ class Runner:
                     events.append(Event(self._time, "warning", f"{SESSION_NAME} is not written: {unsaved}"))
         if self.parts is not None:
             events.sort(key=lambda event: event.time)
-            for extra in self.parts.more:
-                events += self._complete(extra.name, extra)
-            for role, part in ("backend", self.parts.backend), ("controller", self.parts.controller):
-                if role in self._closed or not closing:
-                    continue
-                self._closed.append(role)  # do not wait twice for a part that hangs
-                events += self._complete(role, part)
+            for name, part in self.parts.named:
+                if not isinstance(part, LoopPart):  # a plugin: it is described as it is closed, once
+                    if name in self._closed or not closing:
+                        continue
+                    self._closed.append(name)  # do not wait twice for a part that hangs
+                events += self._complete(name, part)
         if coupled := self._plugins.get("backend", {}).get("actuators"):
             events.insert(0, Event(0.0, "actuators", f"{coupled['coupling']}: {coupled['stability']}"))
         outcome, message = "finished", ""
