@@ -7,6 +7,7 @@ from importlib import import_module
 
 import numpy as np
 import pytest
+from compare_cases import ENGINES
 
 import cdpr
 from cdpr.base.errors import CdprError, PluginError, ScenarioError
@@ -16,7 +17,6 @@ from cdpr.simulation.build import faults
 from cdpr_backends import MUJOCO_RANGE
 from cdpr_controllers.computed_torque import ComputedTorque
 
-ENGINES = ["mujoco", "bullet", "dart"]
 MASS, KP = 150.0, 100.0  # kg, 1/s^2: those of the example `caroca`
 TURNED = [0.5, 0.6, 0.7, 0.1, 0.05, -0.02]  # kg m^2
 TAKEN = {"type": "payload", "time": 0.1, "duration": 0.2, "mass": 30.0, "center": [0.1, -0.05, -0.3], "inertia": TURNED}
@@ -217,6 +217,7 @@ def test_bodies_that_do_not_meet_stay_in_the_range():
 
 
 def test_a_platform_beyond_the_range_of_an_engine_is_named():
+    pytest.importorskip("pybullet")
     given = {"robot.platform.mass": 1e-16, "simulation.backend": "bullet"}
     (fault,) = faults(cdpr.load_scenario("caroca", overrides=given))
     assert fault.path == ("robot", "platform")
