@@ -7,7 +7,7 @@ import threading
 from cdpr.fmu.export import cache
 
 
-def test_a_process_waits_for_a_file_that_another_process_makes(tmp_path, monkeypatch):
+def test_concurrent_requests_for_a_file_compile_it_once(tmp_path, monkeypatch):
     """Threads here; each opens the lock for itself, as processes do."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     lock, asked, made, got = cache.lock, threading.Event(), [], []
