@@ -14,7 +14,7 @@ from cdpr.base.colours import coloured
 from cdpr.base.errors import CdprError
 from cdpr.base.nearest import did_you_mean
 from cdpr.base.problems import shown
-from cdpr.native.arrays import MASKED, masked, real
+from cdpr.native.arrays import DEEPEST, MASKED, masked, real
 
 Array = NDArray[np.float64]
 Value = TypeVar("Value")
@@ -133,8 +133,10 @@ def given_real(values: ArrayLike, name: str) -> Array:
     return real(values, name)
 
 
-def _has_booleans(values: list[Any] | tuple[Any, ...]) -> bool:
-    return any(_has_booleans(each) if isinstance(each, list | tuple) else type(each) is bool for each in values)
+def _has_booleans(values: Any, depth: int = DEEPEST) -> bool:
+    if isinstance(values, list | tuple):
+        return depth > 0 and any(_has_booleans(each, depth - 1) for each in values)
+    return type(values) is bool
 
 
 def shape_of(array: Array) -> str:

@@ -13,6 +13,7 @@ from cdpr.base.errors import CdprError
 FLOAT, INTEGER = np.dtype(np.float64), np.dtype(np.int64)
 REAL = "iuf"  # numpy's kinds of real numbers; text, booleans and complex numbers are rejected
 WHOLE = "iub"
+DEEPEST = 8  # lists in lists that are searched, more than any argument has; a list may contain itself
 MASKED = "masked values are not supported; fill them in or remove them"
 
 Array = np.ndarray[Any, Any]
@@ -48,17 +49,17 @@ def _converted(values: ArrayLike, name: str, dtype: np.dtype[Any], kinds: str, k
         raise CdprError(f"{name}: {MASKED}")
     try:
         found = np.asarray(values)
-    except (TypeError, ValueError) as error:
+    except Exception as error:  # `__array__` of other packages, such as of a tensor with gradients, raises anything
         raise CdprError(f"{name}: expected numbers: {error}") from error
     if found.size and found.dtype.kind not in kinds:
         raise CdprError(f"{name}: expected {kind} numbers, got an array of {found.dtype}")
     return np.require(found, dtype, ["C", "A", "W"])
 
 
-def masked(values: Any) -> bool:
-    """Return True if an array, or one in lists and tuples, has masked values."""
+def masked(values: Any, depth: int = DEEPEST) -> bool:
+    """Return True if an array, or one in lists and tuples up to this depth, has masked values."""
     if "numpy.ma" not in sys.modules:  # slow to import; without it nothing is masked
         return False
     if isinstance(values, np.ma.MaskedArray):
         return bool(np.ma.getmaskarray(values).any())
-    return isinstance(values, list | tuple) and any(map(masked, values))
+    return depth > 0 and isinstance(values, list | tuple) and any(masked(each, depth - 1) for each in values)

@@ -100,3 +100,20 @@ def test_overrides_that_count_as_false_are_no_overrides(verb, wrong):
 def test_plugins_by_arrays():
     with pytest.raises(CdprError, match="solver: expected a name or a class"):
         cdpr.Simulation("caroca", solver=np.zeros(2))
+
+
+class Tensor:
+    """Numbers of a package that refuses to convert them."""
+
+    def __array__(self, *_, **__):
+        raise RuntimeError("requires grad")
+
+
+def test_numbers_that_cannot_be_converted():
+    endless = []
+    endless.append(endless)
+    with pytest.raises(CdprError, match=r"Cable\(frame=\): expected numbers: requires grad"):
+        model.Cable(Tensor(), [0.0, 0.0, 0.0])
+    for made in (lambda: model.Cable(endless, [0.0, 0.0, 0.0]), lambda: model.Frame(edges=endless)):
+        with pytest.raises(CdprError, match=r"\((frame|edges)=\): expected numbers: "):
+            made()

@@ -96,10 +96,10 @@ def command(
                     progress(len(duties), total)
     figures = sizing(duties, safety).to_dict()
     if target is not None:
-        from cdpr.log.files import replace_markup
+        from cdpr.log.files import make_folder, replace_markup
         from cdpr.ui.report.pages.sizing import render_sizing
 
-        target.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(target.parent)
         replace_markup(target, render_sizing(figures))
     if as_json:
         click.echo(json.dumps(figures, indent=1, allow_nan=False))

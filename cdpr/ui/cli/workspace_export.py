@@ -21,10 +21,10 @@ def command(file: str, out: str, force: bool) -> None:
     """
     from cdpr.analysis.workspace.export import export
     from cdpr.analysis.workspace.result import load_workspace
-    from cdpr.log.files import require_new
+    from cdpr.log.files import make_folder, require_new
 
     require_new(Path(out), force)
     found = load_workspace(file)
-    Path(out).parent.mkdir(parents=True, exist_ok=True)
+    make_folder(Path(out).parent)
     export(found, out)
     click.echo(out)

@@ -260,8 +260,12 @@ def target_of(out: str | None, force: bool) -> Path | None:
 def finish(found: Workspace, target: Path | None, as_json: bool) -> None:
     """Write a workspace and print its figures."""
     if target is not None:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        found.save(target)
+        from cdpr.log.files import make_folder
+        from cdpr.ui.cli.progress import terminating
+
+        make_folder(target.parent)
+        with terminating():  # large files take seconds, and an incomplete one is removed
+            found.save(target)
     print_figures(found.summary() | ({} if target is None else {"file": str(target)}), as_json)
 
 

@@ -23,7 +23,7 @@ def command(file: str, slices: tuple[str, ...], out: str | None, force: bool) ->
     The page is self-contained.
     """
     from cdpr.analysis.workspace.result import load_workspace
-    from cdpr.log.files import replace_markup, require_new
+    from cdpr.log.files import make_folder, replace_markup, require_new
     from cdpr.ui.cli.workspace_compare import robot_of
     from cdpr.ui.report.pages.workspace import render_workspace
 
@@ -33,7 +33,7 @@ def command(file: str, slices: tuple[str, ...], out: str | None, force: bool) ->
         raise OutputError(f"{target}: --out: expected the name of a page that ends in .html")
     require_new(target, force)
     text = render_workspace(found, robot_of(found, file), [_slice(each) for each in slices])
-    target.parent.mkdir(parents=True, exist_ok=True)
+    make_folder(target.parent)
     replace_markup(target, text)
     click.echo(str(target))
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import signal
 from pathlib import Path
 
 import click
@@ -10,6 +12,7 @@ from click.testing import CliRunner
 from conftest import ROOT
 
 import cdpr
+from cdpr.analysis.workspace import result as result_module
 from cdpr.base.errors import OutputError
 from cdpr.ui.cli import cli
 
@@ -94,3 +97,23 @@ def test_force_replaces_no_file_of_another_kind_by_a_page(tmp_path):
     result = CliRunner().invoke(cli, ["view", ROBOT, "--no-open", "--out", str(notes), "--force"])
     assert "is not a page that cdpr wrote: it is not overwritten" in str(result.exception)
     assert Path(notes).read_text() == "mine"
+
+
+def test_a_signal_to_end_leaves_no_incomplete_workspace(tmp_path, monkeypatch):
+    before = signal.signal(signal.SIGTERM, lambda *_: pytest.fail("the command did not handle the signal"))
+    monkeypatch.setattr(result_module, "seal_archive", lambda _: os.kill(os.getpid(), signal.SIGTERM))
+    try:
+        result = CliRunner().invoke(cli, ["workspace", "static", ROBOT, *CELLS, str(tmp_path / "w.npz")])
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert result.exit_code == 143
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize("name", ["workspace static", "workspace plot", "workspace export", "size"])
+def test_a_file_in_place_of_the_folder_is_named(name, inputs, tmp_path, monkeypatch):
+    monkeypatch.chdir(inputs)
+    (tmp_path / "file").write_text("mine")
+    given, out, _ = FILES[name]
+    result = CliRunner().invoke(cli, [*name.split(), *given, str(tmp_path / "file" / out)])
+    assert str(result.exception) == f"{tmp_path / 'file'}: cannot be written: it is a file, not a folder"
