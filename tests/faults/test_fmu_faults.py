@@ -106,6 +106,7 @@ def test_a_fault_is_an_error_in_time(options, fault, fmi, tmp_path):
 
 
 @pytest.mark.parametrize("isolation", ["process", "inproc"])
+@pytest.mark.usual("inproc")
 def test_nan_is_a_divergence(options, isolation):
     with pytest.raises(Diverged, match=r"t = 0\.101 s: the state is not finite"):
         run(options("nan", isolation=isolation))

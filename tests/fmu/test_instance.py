@@ -103,7 +103,7 @@ def test_closed_it_leaves_nothing_and_is_not_called(files, isolation):
 
 @BOTH
 @pytest.mark.parametrize("fmi", [2, 3])
-@pytest.mark.usual("2-process", "3-inproc")
+@pytest.mark.usual("3-inproc")
 def test_it_may_end_the_simulation(files, fmi, isolation):
     fmu = running(files[fmi], isolation, mode=ENDS)
     fmu.instance.step(2)
@@ -115,6 +115,7 @@ def test_it_may_end_the_simulation(files, fmi, isolation):
 
 
 @BOTH
+@pytest.mark.usual("inproc")
 def test_an_fmu_that_does_not_reach_the_time_is_found_out(files, isolation):
     fmu = running(files[3], isolation, mode=STANDS_STILL)
     with pytest.raises(BackendDied, match=r"was to go to 0\.001 s, but reports 0 s"):

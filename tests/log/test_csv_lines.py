@@ -10,7 +10,7 @@ import pytest
 from cdpr.log import csv_lines as module
 from cdpr.log.csv_lines import _fast, _format_exactly, _is_repr, csv_lines
 
-NUMBERS = int(os.environ.get("CDPR_NUMBERS", "100000"))
+NUMBERS = int(os.environ.get("CDPR_NUMBERS", "40000"))
 
 
 def samples(kind: str, n: int) -> np.ndarray:

@@ -23,7 +23,7 @@ from cdpr.testing.samples import make_robot
 
 linprog = pytest.importorskip("scipy.optimize").linprog
 
-COUNT = int(os.environ.get("CDPR_RANK", "30"))
+COUNT = int(os.environ.get("CDPR_RANK", "16"))
 SOLVERS = ("qp", "exact", "lp", "highs", "daqp", "clarabel", "piqp")  # that answer whatever can be answered
 NORMS = {"qp", "exact", "daqp", "clarabel", "piqp"}  # that minimise the 2-norm
 

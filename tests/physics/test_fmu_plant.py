@@ -64,14 +64,14 @@ REPEATS = {
 @pytest.mark.usual("caroca", "planar_skewed", "mixed", "pulleys")
 def test_it_moves_as_reference_does_and_alike_in_both_versions(case, tmp_path):
     plant = plant_of(scenario(case))
-    expected = reference(plant, 1000)
+    expected = reference(plant, 500)
     assert np.abs(expected[-1, :7] - plant.state[:7]).max() > 0.1
     if plant.winches and plant.robot.unilateral:
         assert (expected[:, 13:] == 0.0).any()  # slack cables took part
     found = []
     for fmi in (2, 3):
         with Driver(write(plant, fmi, tmp_path)) as driver:
-            found.append(open_loop(driver, plant, 1000))
+            found.append(open_loop(driver, plant, 500))
     assert (found[0] == found[1]).all()
     assert np.abs(found[1] - expected)[:, :13].max() < OPEN_LOOP
     assert np.abs(found[1] - expected)[:, 13:].max() < TENSION * expected.max()

@@ -125,8 +125,8 @@ def load_study(
 
     Example:
         >>> from cdpr.analysis.study import load_study
-        >>> load_study("thesis_belief", overrides={"simulation.duration": 0.1})
-        <Study thesis_belief: 128 cases>
+        >>> load_study("gains", overrides={"simulation.duration": 0.1})
+        <Study gains: 108 cases>
     """
     problems = Problems()
     document, scenario = open_with(path, "study", "scenario", load_scenario, problems)
