@@ -24,8 +24,8 @@ from cdpr.plugins.registry import registry
 pytest_plugins = ["browser_pages", "window_page"]
 
 # The same examples each time, and more of them in CI; no deadline, for a busy machine takes long.
-EXAMPLES = int(os.environ.get("CDPR_EXAMPLES", "15"))
-if EXAMPLES <= 15:  # without constants of our sources among them: to read all sources takes each worker seconds
+EXAMPLES = int(os.environ.get("CDPR_EXAMPLES", "10"))
+if EXAMPLES <= 10:  # without constants of our sources among them: to read all sources takes each worker seconds
     providers.is_local_module_file = lambda path: False
 settings.register_profile("cdpr", deadline=None, derandomize=True, max_examples=EXAMPLES)
 settings.load_profile("cdpr")

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from conftest import ROOT, crossed_box, make_robot, moved, random_state
+from conftest import EXAMPLES, ROOT, crossed_box, make_robot, moved, random_state
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
@@ -28,7 +28,7 @@ WIDE = 1e-4  # m, of those of fourth order in space
 GRADIENT = 1e-9  # their round-off is 1e-15 / WIDE, their error WIDE^4 times a fifth derivative
 
 seeds = st.integers(0, 2**32 - 1)
-FEW = settings(max_examples=25)  # of eight cables each, searched for or differenced
+FEW = settings(max_examples=min(EXAMPLES, 25))  # of eight cables each, searched for or differenced
 
 
 def tangent(A, axis, radius, P):

@@ -263,7 +263,7 @@ def test_the_last_moment_before_a_stop_belongs_to_what_comes_before_it():
     assert jumps(motion).max() < 1e-6
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=min(3 * EXAMPLES, 60), deadline=None)
 @given(seeds)
 def test_speeds_keep_their_caps_and_are_not_wasted(seed):
     """Of the plan of speeds alone: within caps, continuous, from rest to rest; each cap that lasts is reached."""

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import EXAMPLES
 from counted import calls
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -50,7 +51,7 @@ def test_any_count(tmp_path: Path, k: int, m: int) -> None:
     assert (run.status, run.folder) == ("finished", str(tmp_path))
 
 
-@settings(max_examples=15)
+@settings(max_examples=min(EXAMPLES, 25))
 @given(st.lists(st.integers(1, 700), max_size=8), st.integers(0, 900))
 def test_bytes_do_not_depend_on_flushing(tmp_path_factory: pytest.TempPathFactory, gaps: list[int], rest: int) -> None:
     header = make_header(2)

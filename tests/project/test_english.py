@@ -96,6 +96,8 @@ def texts(path: Path, *, messages: bool) -> Iterator[tuple[int, str]]:
         text = node.value if isinstance(node, ast.Constant) else None
         if isinstance(text, str) and text.count(" ") > 1 and (messages or id(node) in docs):
             yield node.lineno, CODE.sub("", text)
+    if not any("#" in line and VERBS.search(line) for line in source.splitlines()):
+        return
     for token in tokenize.generate_tokens(io.StringIO(source).readline):
         if token.type == tokenize.COMMENT:
             yield token.start[0], CODE.sub("", token.string)

@@ -8,7 +8,7 @@ import pickle
 import numpy as np
 import pytest
 import yaml
-from conftest import ROOT
+from conftest import EXAMPLES, ROOT
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
@@ -122,7 +122,7 @@ def scenarios(draw):
     )
 
 
-@settings(max_examples=15, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=min(EXAMPLES, 15), deadline=None, suppress_health_check=list(HealthCheck))
 @given(one=scenarios())
 def test_any_scenario_is_saved_and_loaded_with_the_same_bits(one, tmp_path_factory):
     file = tmp_path_factory.mktemp("saved") / "one.yaml"
