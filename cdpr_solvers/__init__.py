@@ -294,8 +294,7 @@ def classical_solvers() -> list[PluginInfo]:
         PluginInfo(
             name="improved_closed_form",
             factory="cdpr_solvers.improved_closed_form:ImprovedClosedForm",
-            summary="closed_form with violating tensions set to their limits (thesis 6.30-6.32); misses a few feasible "
-            "wrenches",
+            summary="closed_form, violating tensions set to limits (thesis 6.30-6.32); misses a few feasible wrenches",
             properties={
                 "formula": "t_m + W^+ (w - W t_m); the worst cable to its limit, the others again, m - n times at most",
                 "source": "Pott 2013; thesis 6.30-6.32",
