@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import io
 import uuid
@@ -84,6 +85,8 @@ def cached_fmu(model: Model, fmi: int = 3) -> Path:
     if not whole:
         if reason:
             warnings.warn(f"{reason}: it is replaced by a new one", stacklevel=2)
+            with contextlib.suppress(OSError):  # `_write` reports what cannot be replaced
+                path.unlink()
         _write(path, content, 0o600)
         keep_newest(path.parent, ".fmu", KEPT)
     return path
