@@ -134,7 +134,7 @@ template <class T> CDPR_INLINE int64_t lock_cables(const TensionProblem<T>& prob
 }
 
 // Write factors of W; return its rank or minus a status.
-template <class T> CDPR_INLINE int64_t factorise(const TensionProblem<T>& problem, Factors<T>& f) {
+template <class T> inline int64_t factorise(const TensionProblem<T>& problem, Factors<T>& f) {
     const int64_t m = problem.m, free = lock_cables(problem, f);
     if (free < 0) return free;
     f.free = free;

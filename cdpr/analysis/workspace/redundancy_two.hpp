@@ -32,7 +32,7 @@ template <class T> CDPR_INLINE T minor(Matrix<const T> N, int64_t i, int64_t j) 
 }
 
 // Write Y = (W W^T)^-1 W, Y^T Y, and Y^T times the vectors of the required set; return whether that is possible.
-template <class T> CDPR_INLINE Truth<T> project(const TwoMore<T>& two) {
+template <class T> inline Truth<T> project(const TwoMore<T>& two) {
     const int64_t n = two.n, m = two.m;
     const Matrix<const T> W = two.W;
     const Matrix<T> L = two.gram, Y = two.Y;
