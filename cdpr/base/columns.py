@@ -169,8 +169,8 @@ FIRST: tuple[Column, ...] = (
         "residual",
         1,
         "N",
-        "Norm of the difference between the wrench of the commanded tensions and `wrench`, in the controlled "
-        f"directions, {_BY_LENGTH}",
+        "Error of the wrench: norm of W t - `wrench`, with t = `tension`. Only controlled directions count; "
+        f"{_BY_LENGTH}",
         places=_SOLVER,
     ),
     Column(

@@ -96,7 +96,7 @@ def steps_add_up(subject: BackendSubject) -> None:
 
 
 def operations_make_a_step(subject: BackendSubject) -> None:
-    """The operations of `operations` and of `phases` give the same states as `step`."""
+    """The compiled functions that `operations` and `phases` return give the same states as the method `step`."""
     start, steps = samples.state(np.random.default_rng(10), tilt=0.3), 20
 
     def loaded() -> Backend:

@@ -46,7 +46,7 @@ def _moves_like_a_new_one(subject: BackendSubject, robot: Robot, start: Array) -
 
 
 def snapshot_restores_after_load(subject: BackendSubject) -> None:
-    """After `load` of the robot at the time of a snapshot and then `restore`, the plant repeats the same states."""
+    """If `load` sets the mass that was valid at a snapshot, the plant repeats the same states after `restore`."""
     needs(subject.properties.get("load"), "it does not declare load")
     needs(subject.properties.get("snapshot"), "it does not declare snapshot")
     robot = samples.free()

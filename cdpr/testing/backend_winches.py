@@ -30,7 +30,7 @@ def winched(model: str) -> Robot:
 
 
 def winches_pull_as_commanded(subject: BackendSubject) -> None:
-    """Commands act through winches: reported tensions include friction and inertia, and cause motion and work."""
+    """Reported tensions contain winch friction and inertia. These tensions, not commands, cause motion and work."""
     models = subject.properties.get("cable_models", ())
     wound = [name for name, chain in MODELS.items() if not chain.immediate]
     needs(isinstance(models, list | tuple) and set(wound) & set(models), "it declares no winches")

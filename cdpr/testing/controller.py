@@ -160,7 +160,7 @@ def on_target_it_carries_the_weight(subject: ControllerSubject) -> None:
 
 
 def it_pulls_towards_the_target(subject: ControllerSubject) -> None:
-    """A target shifted along an axis increases the force along it. A target rotated about it increases the moment."""
+    """Shift the target along any axis k: the force along k grows. Rotate it about k: the moment about k grows."""
     robot, state = samples.braced(), _rest(4)
     W = kinematics.wrench_matrix(robot, state)
     balance = _wrench(subject, W, subject.compute(subject.make(robot), state, _target(state)))

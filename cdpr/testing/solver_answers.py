@@ -105,7 +105,7 @@ def unreachable_is_never_ok(subject: SolverSubject) -> None:
 
 
 def limits_are_the_arguments(subject: SolverSubject) -> None:
-    """The solver uses `t_min` and `t_max`, not the robot's limits: 1000 times limits and wrench give 1000 times t."""
+    """The solver uses `t_min` and `t_max`, not the robot's limits. Limits and wrench times 1000 give t times 1000."""
     for group in samples.feasible():
         solver = subject.make(group[0].robot)
         for problem in group[:50]:
