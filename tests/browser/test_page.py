@@ -112,6 +112,17 @@ def test_a_tool_is_shown_and_its_way(open_page, tmp_path):
     assert "eye" in labels
 
 
+def test_axes_begin_at_the_origin_of_the_world(page):
+    """They are the last three lines of the static content."""
+    ends = page.evaluate("""() => {
+        const { data, count } = cdpr.viewer.fixed[0];
+        return [3, 2, 1].map((k) => Array.from(data.subarray(12 * (count - k), 12 * (count - k) + 6)));
+    }""")
+    length = page.evaluate("cdpr.viewer.axes.length")
+    np.testing.assert_allclose(ends, np.hstack([np.zeros((3, 3)), length * np.eye(3)]), atol=1e-6)
+    assert length > 0.1
+
+
 def test_nothing_lies_upon_the_legend(page):
     """When the page opens, the transport bar at the window's edge must not hide content."""
     legend, transport = (page.locator(f"#viewer .{name}").bounding_box() for name in ("legend", "transport"))

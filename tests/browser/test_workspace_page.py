@@ -58,3 +58,13 @@ def test_the_surface_is_drawn_and_turns(page):
 def test_on_a_phone_nothing_is_wider_than_the_page(page):
     assert page.evaluate("document.documentElement.scrollWidth <= window.innerWidth")
     assert page.locator("figure svg").count() >= 3
+
+
+def test_the_workspace_is_on_paper(page, found, robot, tmp_path):
+    """Its faces are drawn in the picture that takes the place of the scene."""
+    page.emulate_media(media="print")
+    assert not page.locator("#viewer").is_visible()
+    picture = page.locator("figure svg[role=img]").first
+    assert picture.is_visible()
+    faces = picture.evaluate("(svg) => [...svg.querySelectorAll('path')].map((path) => path.getAttribute('d').length)")
+    assert sum(faces) > 20_000  # characters; the robot alone takes about 1000

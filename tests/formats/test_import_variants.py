@@ -98,6 +98,24 @@ def test_a_cable_id_that_is_no_number(tmp_path):
         imported(tmp_path, text, "r.wcrfx")
 
 
+def test_limits_given_to_the_import_replace_missing_ones_of_wirex(tmp_path):
+    """In a WireX file, inf is a number that is not given."""
+    path = tmp_path / "r.wcrfx"
+    text = plugin_cases.wirex(f_max="unread", **{'breaking_load="9000"': 'breaking_load="inf"'})
+    path.write_text(text)
+    with pytest.raises(FormatError, match=r"expected a largest tension above 0 N .*\(--tension MIN,MAX\)"):
+        import_file(path)
+    found = import_file(path, tension=(7.0, 600.0))
+    robot = cdpr.load_robot(write(found, tmp_path / "out", force=True)[0])
+    assert (robot.tension_min.tolist(), robot.tension_max.tolist()) == ([7.0] * 4, [600.0] * 4)
+    assert any("of chains '1', '2', '3', '4': 600 N is the one given" in warning for warning in found.warnings)
+    path.write_text(text.replace("</robot>", '<application min_cable_load="9"/></robot>'))
+    robot = cdpr.load_robot(write(import_file(path, tension=(7.0, 600.0)), tmp_path / "out", force=True)[0])
+    assert (robot.tension_min.tolist(), robot.tension_max.tolist()) == ([9.0] * 4, [600.0] * 4)
+    with pytest.raises(FormatError, match="expected a largest tension above 9 N"):
+        import_file(path, tension=(7.0, 8.0))
+
+
 @pytest.mark.parametrize("seed", range(COUNT))
 def test_random_files_of_wirex(tmp_path, seed):
     rng = np.random.default_rng(seed)

@@ -1,4 +1,4 @@
-"""Cables that touch are reported by `validate`, `info` and `run`, with the diameter that is assumed."""
+"""Cables that touch are reported by `validate`, `info`, `run` and the window, with the diameter that is assumed."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import json
 
 import pytest
 from command_line import cdpr_here
+
+from cdpr.ui.gui.editor import Editor
 
 # Mirrored at the plane x = 0, so that the cables of each pair meet in it.
 CABLES = [
@@ -42,6 +44,12 @@ def test_touching_cables_are_reported_with_the_assumed_diameter(scenario):
     assert TOUCH.format(4) in told
     assert "assumed" not in told
     cdpr_here("validate", robot, "--strict", code=2)
+
+
+def test_the_window_reports_them_too(scenario):
+    (warning,) = Editor(str(scenario)).form()["warnings"]
+    assert warning["path"] == "robot.home.position"
+    assert f"{TOUCH.format(10)}, {ASSUMED}" in warning["text"]
 
 
 def test_a_run_reports_cables_that_touch(scenario):

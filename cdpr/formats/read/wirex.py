@@ -76,7 +76,7 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
     dof = _dof(robot, platform, anchors)
     found.robot["dof"] = list(dof)
     found.robot["platform"] = _platform(found, platform, anchors[:, 3:], dof)
-    found.robot["tension"] = _tension(found, robot, parts)
+    found.robot["tension"] = _tension(found, robot, parts, choice.tension)
     shared, own = wirex_parts.material(found, parts)
     if shared:
         found.robot["cable"] = shared
@@ -160,39 +160,49 @@ def _platform(found: Imported, element: Element, anchors: Any, dof: tuple[str, .
     return {"mass": mass, **({} if inertia is None else {"inertia": list(inertia)}), "center_of_mass": centre}
 
 
-def _tension(found: Imported, robot: Element, parts: list[Parts]) -> dict[str, Any]:
-    """Return the tension limits: of the application, otherwise of the winches, otherwise the cable's breaking load."""
+def _tension(found: Imported, robot: Element, parts: list[Parts], given: tuple[float, float] | None) -> dict[str, Any]:
+    """Return the tension limits: of the application, the winches, the cables' breaking loads, or those given."""
     use = robot.find("application")
     if use is not None:
         use.touch("name", "description")
     lows, highs = list[float](), list[float]()
     broken: Parts | None = None
+    unlimited = list[Element]()
     for each in parts:
         limits = ((use, "min_cable_load"), (each.cable, "minimum_load"))
         low = next((value for of, key in limits if of is not None and (value := number(of, key)) > 0.0), 0.0)
         winch = None if each.winch is None else each.winch.child("cable")
-        given = [(use, "max_cable_load"), (winch, "f_max"), (each.cable, BREAKS)]
-        parsed = [(number(of, key), key, of.line) for of, key in given if of is not None]
+        loads = [(use, "max_cable_load"), (winch, "f_max"), (each.cable, BREAKS)]
+        parsed = [(number(of, key), key, of.line) for of, key in loads if of is not None]
         high, key, line = next((one for one in parsed if one[0] > 0.0), (0.0, "", 0))
         chain = each.chain
+        if high == 0.0 and given is not None:
+            unlimited.append(chain)
+            low, high, key, line = low or given[0], given[1], "given to the import", 0
         if not high > low:
             text = "max_cable_load of <application>, f_max of its winch's <cable> and breaking_load of <cable>"
             raise chain.wrong(
                 f"chain '{chain.attributes.get('id', '')}': expected a largest tension above {low:g} N in {text}; add "
-                '<application max_cable_load="N"/> to <robot>'
+                '<application max_cable_load="N"/> to <robot>; or give both limits to the import (--tension MIN,MAX)'
             )
         if key == BREAKS and broken is None:
             broken = each
         lows.append(low)
         highs.append(high)
-        found.comments["tension", "max"] = f"N, {key}, line {line}"
+        found.comments["tension", "max"] = f"N, {key}" + (f", line {line}" if line else "")
     if broken is not None:
         of = f"{min(highs):g} N" if len(set(highs)) == 1 else f"{min(highs):g} to {max(highs):g} N"
         found.warnings.append(
             f"{broken.chain.at}: the largest tension is what the cable breaks at, {of}: winchtype "
             f"'{attribute(broken.chain, wirex_parts.WINCH)}' is not a winch of this file with an f_max"
         )
-    if min(lows) == 0.0:
+    if unlimited and given is not None:
+        names = ", ".join(f"'{chain.attributes.get('id', '')}'" for chain in unlimited)
+        found.warnings.append(
+            f"{unlimited[0].at}: the file has no largest tension of chains {names}: {given[1]:g} N is the one given to "
+            "the import"
+        )
+    if min(lows) == 0.0 and not unlimited:
         found.warnings.append(f"{robot.at}: the smallest tension is 0 N, because min_cable_load is missing")
     both = {"min": lows, "max": highs}
     return {key: values[0] if len(set(values)) == 1 else values for key, values in both.items()}

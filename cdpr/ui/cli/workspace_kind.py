@@ -14,7 +14,7 @@ from cdpr.model import Robot
 from cdpr.scenario.examples import resolve
 from cdpr.ui.cli import chunked
 from cdpr.ui.cli.names import OutPath, change_keys, force_option, plugin_files
-from cdpr.ui.cli.numbers import Real, Whole, number
+from cdpr.ui.cli.numbers import AnyReal, Real, Whole, number
 from cdpr.ui.cli.workspace_compare import ORACLES
 
 if TYPE_CHECKING:
@@ -161,7 +161,7 @@ _OPTIONS = (
         metavar="M",
         help="Length that divides moments in margins, m. [the robot's characteristic length]",
     ),
-    click.option("--at-least", type=Real(), metavar="VALUE", help="Required value for a pose to be inside."),
+    click.option("--at-least", type=AnyReal(), metavar="VALUE", help="Required value for a pose to be inside."),
     click.option("--jobs", type=Whole(1, 1024), metavar="N", help="Number of threads (default: one per core)."),
     click.option("--out", type=OutPath(), help="File, .npz."),
     force_option,
