@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 Path = tuple[str | int, ...]
 
+MAX_PROBLEMS = 100  # of a file: keeps the output readable
+FEW = 10  # problems of the arguments of one call
 SHORTEST = 60  # maximum length of foreign text in messages
 
 
@@ -65,6 +68,12 @@ def dotted(path: Path) -> str:
     return text
 
 
+def first_ones(texts: Sequence[str], count: int = FEW) -> list[str]:
+    """Return the first texts, and the number of others as the last one."""
+    more = len(texts) - count
+    return list(texts) if more <= 0 else [*texts[:count], f"and {more} more problem{'s' if more > 1 else ''}"]
+
+
 def shown(value: object) -> str:
     """Return a value of a file as short text in one line."""
     if value is None:
@@ -77,6 +86,6 @@ def shown(value: object) -> str:
         return "an empty list" if not value else f"a list of {len(value)}"
     try:
         text = repr(value)
-    except ValueError:  # Python refuses to write integers of thousands of digits
-        return "an int with too many digits"
+    except Exception:  # of a foreign class; Python also refuses to write integers of thousands of digits
+        return "an int with too many digits" if isinstance(value, int) else f"a value of type {type(value).__name__}"
     return text if len(text) <= SHORTEST else text[: SHORTEST - 4] + "..." + (text[-1] if text[-1] in "'\"" else "")

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel, ValidationError
 
 from cdpr.base.errors import CdprError
-from cdpr.base.problems import Path, dotted
+from cdpr.base.problems import Path, dotted, first_ones
 from cdpr.config.messages import explain
 from cdpr.config.overrides import NotPlainError, plain_value
 
@@ -36,7 +36,7 @@ def from_arguments(model: type[M], values: Mapping[str, Any]) -> M:
         for each in explain(error, model, data):
             path = (keys.get(str(each.path[0]), each.path[0]), *each.path[1:]) if each.path else ()
             lines.append(f"{argument(name, path)}: {each.text}")
-        raise CdprError("\n".join(lines)) from None
+        raise CdprError("\n".join(first_ones(lines))) from None
 
 
 def argument(name: str, path: Path) -> str:

@@ -181,6 +181,6 @@ def brief(value: object) -> str:
     """Return a value as text in one short line."""
     try:
         text = " ".join(str(value).split())
-    except ValueError:  # Python refuses to print integers with many digits
+    except Exception:  # of a foreign class; Python also refuses to print integers with many digits
         text = "..."
     return text if len(text) <= 80 else text[:77] + "..."

@@ -7,9 +7,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 
 from cdpr.base.errors import PluginError, ScenarioError
-from cdpr.base.problems import Mark, Path, Problem, dotted
+from cdpr.base.problems import MAX_PROBLEMS, Mark, Path, Problem, dotted, first_ones
 
-MAX_PROBLEMS = 100  # keeps the output readable for invalid files
 MERGED = 4  # number of similar problems in list items that are merged into one line
 VALUE = r"-?\d[\w.+-]*|'[^']*'"  # differences between similar problems
 
@@ -56,10 +55,7 @@ def in_order(problems: Iterable[Problem]) -> tuple[Problem, ...]:
 
 def problem_lines(problems: Iterable[Problem]) -> list[str]:
     """Return the problems as lines, with similar ones merged, and limited in number."""
-    lines = _merged(in_order(problems))
-    if len(lines) > MAX_PROBLEMS:
-        lines[MAX_PROBLEMS:] = [f"and {len(lines) - MAX_PROBLEMS} more problems"]
-    return lines
+    return first_ones(_merged(in_order(problems)), MAX_PROBLEMS)
 
 
 def judged(warnings: Sequence[Problem], *, strict: bool) -> list[str]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from cdpr.base.errors import OutputError, PluginError
 from cdpr.log.csv_lines import csv_lines
-from cdpr.log.files import make_folder, replacing, require_new
+from cdpr.log.files import NAME_OR_FORCE_IN_PYTHON, make_folder, replacing, require_new
 from cdpr.log.header import Header
 from cdpr.log.run import Run
 from cdpr.model.robot import Array
@@ -23,7 +23,7 @@ PIECE = 16_384  # rows in memory at a time
 MAT_LIMIT = 2**31  # B, limit of a variable in a MATLAB file of version 5
 
 
-def export(run: Run, to: str, out: Path, force: bool = False) -> None:
+def export(run: Run, to: str, out: Path, force: bool = False, remedy: str = NAME_OR_FORCE_IN_PYTHON) -> None:
     """Write a run to a file; missing folders are created.
 
     Args:
@@ -32,17 +32,16 @@ def export(run: Run, to: str, out: Path, force: bool = False) -> None:
             "npz" and "mat" have one array per field, named as in `Run`, and the run's header as JSON.
         out: the file.
         force: replace an existing file.
+        remedy: remedy in the message about an existing file.
 
     Raises:
         OutputError: if the file exists without `force`, or cannot be written.
         PluginError: if a required package is not installed.
     """
     write = EXPORTS[to]
-    if out.exists() and not out.is_file():
-        raise OutputError(f"{out}: is not a regular file; choose another --out")
-    require_new(out, force)
+    require_new(out, force, remedy)
     make_folder(out.parent)
-    with replacing(out) as file:
+    with replacing(out, force) as file:
         write(run, file)
 
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import contextlib
 import errno
+import itertools
 import os
 import re
 import secrets
 import weakref
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import BinaryIO
 
@@ -18,9 +19,15 @@ from cdpr.base.problems import shown
 
 GOES_ON = "its run, or a repair of it, is still going on; wait for it, or end it"
 NAME_OR_FORCE = "choose another --out, or --force"  # remedy of commands if a file exists
+NAME_OR_FORCE_IN_PYTHON = "choose another name, or force=True"
 TEMPORARY = ".tmp"  # end of the names of incomplete files
+NAME_MAX = 255  # bytes of a file name, on most file systems
 NAME_LENGTH = 40  # characters of the final name in them: file systems limit names to 255 bytes
 LOCK_SECONDS = 10.0  # s that a new run waits for a repair to inspect its folder, which takes milliseconds
+
+
+class ExistingFileError(OutputError):
+    """Name of a file that another process has created meanwhile; the text names the file that was written instead."""
 
 
 def is_name(name: object) -> bool:
@@ -52,18 +59,40 @@ def name_from(text: str) -> str:
     return re.sub(r"[^\w.-]+", "_", text).lstrip(".-")[:64] or "unnamed"
 
 
-def replace(path: Path, content: str | bytes) -> None:
-    """Write or replace a file; text is encoded as UTF-8.
+def replace(path: Path, content: str | bytes, force: bool = True) -> None:
+    """Write or replace a file; text is encoded as UTF-8. Without `force`, an existing file is kept, as in `replacing`.
 
     Raises:
         OutputError: if it cannot be written.
     """
-    with replacing(path) as file:
+    with replacing(path, force) as file:
         file.write(content.encode() if isinstance(content, str) else content)
 
 
+def replace_all(folder: Path, contents: Mapping[str, str | bytes], force: bool = True) -> None:
+    """Write or replace files of a folder, which is created if necessary. Without `force`, existing ones are kept.
+
+    Raises:
+        OutputError: if one cannot be written, or after all were written, for existing ones.
+    """
+    make_folder(folder)
+    existing = []
+    for name, content in contents.items():
+        try:
+            replace(folder / name, content, force)
+        except ExistingFileError as error:
+            existing.append(str(error))
+    if existing:
+        raise ExistingFileError("\n".join(existing))
+
+
 def require_new(path: Path, force: bool, remedy: str = NAME_OR_FORCE) -> None:
-    """Raise OutputError with the remedy if a file or link exists, unless `force` allows to replace it."""
+    """Raise OutputError with the remedy if a file or link exists, unless `force` allows to replace it.
+
+    A folder or device cannot be replaced.
+    """
+    if kind := _not_a_file(path):
+        raise OutputError(f"'{path}' is {kind}; choose another name")
     if not force and os.path.lexists(path):
         raise OutputError(f"'{path}' already exists and is not overwritten; {remedy}")
 
@@ -78,22 +107,43 @@ def create(path: Path, content: str | bytes) -> None:
     temporary = temporary_of(path)
     try:
         temporary.write_bytes(content.encode() if isinstance(content, str) else content)
-        try:
-            os.link(temporary, path)
-        except FileExistsError:
-            raise
-        except OSError:  # file system without hard links
-            if os.path.lexists(path):
-                raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path)) from None
-            os.replace(temporary, path)
+        _name(temporary, path)
     finally:
         with contextlib.suppress(OSError):
             temporary.unlink()
 
 
-def replace_markup(path: Path, text: str) -> None:
-    """Write or replace an HTML or SVG file; characters without UTF-8 encoding become character references."""
-    replace(path, text.encode(errors="xmlcharrefreplace"))
+def _name(temporary: Path, path: Path) -> None:
+    """Give a complete file its final name; raise FileExistsError if that exists."""
+    try:
+        os.link(temporary, path)
+    except FileExistsError:
+        raise
+    except OSError:  # file system without hard links
+        if os.path.lexists(path):
+            raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path)) from None
+        os.replace(temporary, path)
+
+
+def _name_beside(temporary: Path, path: Path) -> Path:
+    """Give a complete file the first free name of NAME-2.END, NAME-3.END, ... beside `path`, and return it."""
+    long = len(os.fsencode(path.name)) > NAME_MAX - 10
+    for number in itertools.count(2):
+        other = path.with_name(f"{path.stem[:NAME_LENGTH] if long else path.stem}-{number}{path.suffix}")
+        with contextlib.suppress(FileExistsError):
+            _name(temporary, other)
+            return other
+    raise AssertionError("unreachable")
+
+
+def replace_markup(path: Path, text: str, force: bool = True) -> None:
+    """Write or replace an HTML or SVG file, as `replace` does."""
+    replace(path, markup(text), force)
+
+
+def markup(text: str) -> bytes:
+    """Encode HTML or SVG; characters without UTF-8 encoding become character references."""
+    return text.encode(errors="xmlcharrefreplace")
 
 
 def temporary_of(path: Path) -> Path:
@@ -107,19 +157,30 @@ def is_temporary_of(name: str, path: Path) -> bool:
 
 
 @contextlib.contextmanager
-def replacing(path: Path) -> Iterator[BinaryIO]:
-    """Open a temporary file that is renamed to `path` after it was written.
+def replacing(path: Path, force: bool = True) -> Iterator[BinaryIO]:
+    """Open a temporary file that is renamed to `path` after it was written; a symbolic link is replaced itself.
 
     Raises:
         OutputError: if it cannot be written.
+        ExistingFileError: if `path` exists, without `force`. The content is then in NAME-2.END beside it, because
+            commands check their output files before they compute: another process has created this one meanwhile.
     """
     temporary = temporary_of(path)
     try:
-        if path.exists() and not (path.is_file() or path.is_dir()):  # a device: the file would replace it
-            raise OutputError(f"{path}: cannot be written: it is not a regular file")
+        if kind := _not_a_file(path):  # a file would replace the device
+            raise OutputError(f"{path}: cannot be written: it is {kind}")
         with temporary.open("x+b") as file:
             yield file
-        os.replace(temporary, path)
+        if force:
+            os.replace(temporary, path)
+            return
+        try:
+            _name(temporary, path)
+        except FileExistsError:
+            other = _name_beside(temporary, path)
+            raise ExistingFileError(
+                f"'{path}' was created meanwhile and is not overwritten; this result was written to '{other}'"
+            ) from None
     except OSError as error:
         raise unwritable(path, error) from error
     finally:
@@ -133,6 +194,13 @@ def require_process(process: int, path: Path) -> None:
         raise OutputError(
             f"{path}: only the process that began this run may write it; begin another run after the fork"
         )
+
+
+def _not_a_file(path: Path) -> str:
+    """Return the kind of a folder or device in place of a file; "" for files and unused names."""
+    if not os.path.exists(path) or os.path.isfile(path):
+        return ""
+    return "a folder" if os.path.isdir(path) else "not a regular file"
 
 
 class Reserved:

@@ -161,11 +161,11 @@ def claim(folder: Path, first: str) -> None:
     Raises:
         OutputError: if it is not empty, claimed by another process, or cannot be created.
     """
-    taken = OutputError(f"{folder}: exists and is not empty; choose another --out or remove it")
+    taken = OutputError(f"{folder}: exists and is not empty; choose another folder or remove it")
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except FileExistsError as error:
-        raise OutputError(f"{folder}: is a file, not a folder; choose another --out") from error
+        raise OutputError(f"{folder}: is a file, not a folder; choose another name") from error
     except OSError as error:
         raise unwritable(folder, error) from error
     try:

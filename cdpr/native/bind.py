@@ -153,7 +153,7 @@ def _sizes(operation: Operation, given: dict[str, Any]) -> dict[str, int]:
             sizes[field.name] = _integer(f"{name}: {field.name}", value)
             if sizes[field.name] < 0:
                 raise ValueError(f"{name}: {field.name}: expected a size of at least 0, got {value}.")
-            sources[field.name] = "the argument"
+            sources[field.name] = f"the argument '{field.name}'"
     for field in operation.fields:
         if not field.is_array or field.name not in given:
             continue
@@ -163,11 +163,11 @@ def _sizes(operation: Operation, given: dict[str, Any]) -> dict[str, int]:
             symbol = dimension.symbol
             if symbol is not None and sizes.setdefault(symbol, length) != length:
                 raise ValueError(
-                    f"{name}: {field.name}: expected shape {field} with {symbol} = {sizes[symbol]} by "
+                    f"{name}: {field.name}: expected shape {field} with {symbol} = {sizes[symbol]} from "
                     f"{sources[symbol]}, got {shape_text(array.shape)}."
                 )
             if symbol is not None:
-                sources.setdefault(symbol, field.name)
+                sources.setdefault(symbol, f"'{field.name}'")
     if unknown := sorted(operation.sizes - sizes.keys()):
         raise TypeError(f"{name}: missing sizes {', '.join(unknown)}, which follow from no array.")
     return sizes

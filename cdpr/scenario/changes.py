@@ -10,7 +10,7 @@ from pydantic import BaseModel, ValidationError
 
 from cdpr.base.errors import CdprError, PluginError, one_line
 from cdpr.base.nearest import did_you_mean
-from cdpr.base.problems import Path, dotted
+from cdpr.base.problems import Path, dotted, first_ones
 from cdpr.config.messages import explain
 from cdpr.plugins.registry import Registered, Role
 
@@ -20,7 +20,7 @@ class RefusedError(CdprError):
 
     def __init__(self, key: str, faults: list[tuple[Path, str]]) -> None:
         texts = [text if path == ("key",) else f"{key}{dotted(path[1:])}: {text}" for path, text in faults]
-        super().__init__("; ".join(texts))
+        super().__init__("; ".join(first_ones(texts)))
         self.faults = faults
 
 

@@ -122,7 +122,7 @@ def copy(name: str, to: Path) -> list[Path]:
     copies = {path: to / path.relative_to(folder()) for path in needed}
     for path in copies.values():
         if path.exists():
-            raise OutputError(f"{path}: exists already; choose another --to or remove it")
+            raise OutputError(f"{path}: exists already; choose another folder or remove it")
     written: list[Path] = []
     try:
         for path, target in copies.items():

@@ -14,7 +14,7 @@ import numpy as np
 from pydantic import ValidationError
 
 from cdpr.base.errors import CdprError, OutputError
-from cdpr.base.problems import dotted
+from cdpr.base.problems import dotted, first_ones
 from cdpr.config.messages import explain
 from cdpr.config.overrides import plain_value
 from cdpr.log.event import Event
@@ -84,7 +84,7 @@ class Session:
             event = kind.model_validate_json(json.dumps(data))
         except ValidationError as error:
             texts = [f"{dotted(one.path)}: {one.text}" if one.path else one.text for one in explain(error, kind, data)]
-            raise CdprError(f"{title}: {'; '.join(texts)}") from None
+            raise CdprError(f"{title}: {'; '.join(first_ones(texts))}") from None
         except ValueError as error:
             raise CdprError(f"{title}: {error}") from None
         names = [cable.name for cable in self.scenario.robot.cables]
@@ -109,7 +109,7 @@ class Session:
                 text = f"event '{other.type}' at {other.time:g} s could not happen then: {text}"
             texts.append(text)
         if texts:
-            raise CdprError(f"{title}: {'; '.join(texts)}")
+            raise CdprError(f"{title}: {'; '.join(first_ones(texts))}")
 
     def released(self, event: ScenarioEvent, k: int, *, undo: bool) -> ScenarioEvent | None:
         """Return a wrench or an attached body that ends at sample k; None if it has not acted.

@@ -45,7 +45,7 @@ def arrays_are_kept(subject: BackendSubject) -> None:
         backend.step(2)
     backend.reset(samples.state(np.random.default_rng(1)))
     for name, array in arrays.items():
-        expect(getattr(backend, name) is array, f"{name} was replaced; the caller still holds the old one")
+        expect(getattr(backend, name) is array, f"{name} was replaced by another array")
     expect((backend.command == 70.0).all() and (backend.external == 3.0).all(), "it wrote to command or external")
 
 
@@ -73,7 +73,7 @@ def platform_is_renewed(subject: BackendSubject) -> None:
     start, robot = samples.state(np.random.default_rng(2), tilt=0.3), samples.laden(samples.free())
     fresh, used = subject.make(start, robot), subject.make(start)
     used.step(37)
-    needs(used.renew(robot), "it is made anew for another platform")
+    needs(used.renew(robot), "it does not support renew")
     used.reset(start)
     for backend in (fresh, used):
         backend.command[:] = 60.0
@@ -106,7 +106,7 @@ def operations_make_a_step(subject: BackendSubject) -> None:
 
     whole, parted, phased = loaded(), loaded(), loaded()
     operations, phases = parted.operations(steps), phased.phases()
-    needs(operations or phases, "its step is not made of operations")
+    needs(operations or phases, "it provides no operations")
     whole.step(steps)
     if operations:
         perform([Operation("", do, parted.refuse) for do in operations])
@@ -148,10 +148,10 @@ def snapshot_restores(subject: BackendSubject) -> None:
         backend.step(13)
         backend.restore(snapshot)
         expect_same_bits(backend.state, here, "restored state")
-        expect(backend.engine_time() == time, f"the clock reads {backend.engine_time()}, not {time}")
+        expect(backend.engine_time() == time, f"engine_time is {backend.engine_time()}, expected {time}")
         backend.step(200)
         expect_same_bits(backend.state, there, "state 200 steps after the snapshot")
-        expect(backend.engine_time() == end, f"the clock reads {backend.engine_time()}, not {end}")
+        expect(backend.engine_time() == end, f"engine_time is {backend.engine_time()}, expected {end}")
 
 
 def columns_are_written(subject: BackendSubject) -> str:
@@ -170,7 +170,7 @@ def columns_are_written(subject: BackendSubject) -> str:
 def clock_counts_steps(subject: BackendSubject) -> None:
     """`engine_time` equals the step times the number of steps since the reset."""
     backend = subject.make(samples.state(np.random.default_rng(6)), step=2e-3)
-    needs(backend.engine_time() is not None, "it has no clock")
+    needs(backend.engine_time() is not None, "it has no engine_time")
     for _ in range(2):
         expect_close(backend.engine_time() or 0.0, 0.0, 0.0, "clock after a reset, s")
         for k in range(1, 41):

@@ -37,7 +37,7 @@ def _moves_like_a_new_one(subject: BackendSubject, robot: Robot, start: Array) -
     here, time = backend.state.copy(), backend.engine_time()
     backend.load(other)
     expect_same_bits(backend.state, here, "state after load")
-    expect(backend.engine_time() == time, f"load moved the clock from {time} to {backend.engine_time()}")
+    expect(backend.engine_time() == time, f"load changed engine_time from {time} to {backend.engine_time()}")
     backend.step(STEPS)
     fresh = subject.make(here, other)
     _push(fresh)

@@ -40,15 +40,13 @@ def expect_changes(
             changed.change(other)
             for k in range(SAMPLES):
                 wanted = compute(fresh, k)
-                expect_same_bits(
-                    compute(changed, k), wanted, f"answer after a change of {name}, as made with it: answer"
-                )
+                expect_same_bits(compute(changed, k), wanted, f"answer after a change of {name}")
                 differs |= not np.array_equal(wanted, plain[k])
                 if k == SAMPLES // 2:
                     back.change(other)
                     back.change(options)
                 expect_same_bits(compute(back, k), plain[k], f"answer after a change of {name} and back")
-        expect(differs, f"option {name} makes no difference, or no other value of it was found")
+        expect(differs, f"option {name} has no effect, or no other valid value was found")
     return ", ".join(names)
 
 

@@ -75,7 +75,7 @@ class Check(Generic[S]):
         if known is not None and outcome == "failed":
             outcome, detail = "expected", f"{known} ({detail})"
         elif known is not None and outcome == "passed":
-            outcome, detail = "failed", f"passes, though declared to fail: {known}"
+            outcome, detail = "failed", f"passed, but it is declared as an expected failure: {known}"
         return CheckResult(self.id, self.reason, outcome, detail, seconds)
 
     def _outcome(self, subject: AbstractContextManager[S]) -> tuple[Outcome, str]:
@@ -111,7 +111,7 @@ def expect_same_bits(actual: ArrayLike, wanted: ArrayLike, what: str) -> None:
     """Raise Failed unless two arrays have the same bits."""
     a, b = np.asarray(actual), np.asarray(wanted)
     if a.tobytes() != b.tobytes():
-        raise Failed(f"{what}: differs by up to {float(np.max(np.abs(a - b))):.3g}, not one bit is allowed")
+        raise Failed(f"{what}: differs by up to {float(np.max(np.abs(a - b))):.3g}, expected identical bits")
 
 
 def needs(condition: object, otherwise: str) -> None:

@@ -45,5 +45,5 @@ def expect_written(
         work(k)
         for name, view in views.items():
             expect(np.isfinite(view).all(), f"column '{name}' is {view.tolist()} after sample {k}")
-        expect((row[outside] == GUARD).all(), f"something beside the columns was written in sample {k}")
+        expect((row[outside] == GUARD).all(), f"sample {k}: other columns were written")
     return f"{', '.join(views)}: {row.size - int(outside.sum())} numbers a sample"

@@ -78,10 +78,10 @@ def period_is_whole(subject: ControllerSubject) -> str:
     """`period` is an integer of at least 1 (control steps). `output` is an allowed value."""
     controller = subject.make(samples.braced())
     output = controller.output or subject.properties.get("output", "wrench")
-    expect(output in OUTPUTS, f"output {output!r}; known are {', '.join(OUTPUTS)}")
+    expect(output in OUTPUTS, f"output {output!r}: expected one of {', '.join(OUTPUTS)}")
     period = controller.period
     whole = isinstance(period, int | np.integer) and not isinstance(period, bool) and period >= 1
-    expect(whole, f"period {period!r}")
+    expect(whole, f"period {period!r}: expected a whole number from 1 on")
     return f"output {output}, every {period} control steps"
 
 
@@ -104,7 +104,7 @@ def platform_is_renewed(subject: ControllerSubject) -> None:
     used, fresh = subject.make(samples.braced()), subject.make(robot)
     for k in range(20):
         subject.compute(used, *_motion(k), time=1e-3 * k)
-    needs(used.renew(robot), "it is made anew for another platform")
+    needs(used.renew(robot), "it does not support renew")
     used.reset()
     for k in range(20):
         again, wanted = (subject.compute(controller, *_motion(100 + k), time=1e-3 * k) for controller in (used, fresh))
@@ -140,7 +140,7 @@ def snapshot_restores(subject: ControllerSubject) -> None:
     try:
         snapshot = controller.snapshot()
     except PluginError:
-        needs(False, "it takes no snapshots")
+        needs(False, "it does not support snapshots")
     ways = []
     for first in (30, 200, 30):  # in between, continue elsewhere
         ways.append([subject.compute(controller, *_motion(first + k), time=1e-3 * (30 + k)) for k in range(20)])
@@ -151,7 +151,7 @@ def snapshot_restores(subject: ControllerSubject) -> None:
 
 def on_target_it_carries_the_weight(subject: ControllerSubject) -> None:
     """At rest at the target, the wrench balances the weight, also if the centre of mass is not at the origin."""
-    needs(not subject.commands, "it puts out commands, no wrench")
+    needs(not subject.commands, "its output is commands, not a wrench")
     for seed, gravity in ((1, GRAVITY), (2, np.array([1.0, -2.0, -5.0])), (3, NO_GRAVITY)):
         state = _rest(seed)
         wrench = subject.compute(subject.make(samples.braced(), gravity), state, _target(state))
@@ -214,7 +214,7 @@ def nan_shows(subject: ControllerSubject) -> None:
             out = subject.compute(subject.make(samples.braced()), state, desired)
         except CdprError:
             continue
-        expect(not np.isfinite(out).all(), f"state[{k}] is NaN, and the output {out.tolist()}")
+        expect(not np.isfinite(out).all(), f"state[{k}] is NaN, but the output is finite: {out.tolist()}")
 
 
 def it_settles(subject: ControllerSubject) -> str:
@@ -234,8 +234,8 @@ def it_settles(subject: ControllerSubject) -> str:
         state = samples.travel(robot, state, GRAVITY, command, external, step, step)
         expect(np.isfinite(state).all(), f"diverged after {k * step:.3g} s")
     end = samples.distance(state, target[:13])
-    expect(end < 0.5 * begin, f"{end:.3g} m or rad away after 3 s, from {begin:.3g}")
-    return f"{end:.2g} m or rad away after 3 s"
+    expect(end < 0.5 * begin, f"error {end:.3g} m or rad after 3 s, {begin:.3g} at the start")
+    return f"error {end:.2g} m or rad after 3 s"
 
 
 CHECKS = [

@@ -75,7 +75,7 @@ def what_can_be_solved_is_solved(subject: SolverSubject) -> None:
         allowed = [Status.OK] if most == "any" or robot.m - robot.n <= most else [Status.OK, Status.UNSUPPORTED]
         solver = subject.make(robot)
         missed = sum(solve(solver, problem)[0] not in allowed for problem in group)
-        expect(not missed, f"{missed} of {len(group)} not answered with {robot.m} cables")
+        expect(not missed, f"{missed} of {len(group)} feasible problems have no answer with {robot.m} cables")
 
 
 def infeasible_is_never_ok(subject: SolverSubject) -> None:
@@ -84,7 +84,7 @@ def infeasible_is_never_ok(subject: SolverSubject) -> None:
     for group in subject.limited(samples.infeasible()):
         solver = subject.make(group[0].robot)
         wrong = sum(solve(solver, problem)[0] == Status.OK for problem in group)
-        expect(not wrong, f"{wrong} of {len(group)} called OK with {group[0].robot.m} cables")
+        expect(not wrong, f"{wrong} of {len(group)} infeasible problems are OK with {group[0].robot.m} cables")
 
 
 def unreachable_is_never_ok(subject: SolverSubject) -> None:
@@ -96,7 +96,7 @@ def unreachable_is_never_ok(subject: SolverSubject) -> None:
         problem = samples.problem(robot, samples.state(rng, tilt=0.3), rng.uniform(10.0, 100.0, robot.m))
         nowhere = np.linalg.svd(problem.W)[0][:, -1]  # orthogonal to the reach of the cables
         status, _ = solve(solver, problem.with_wrench(problem.wrench + 100.0 * nowhere))
-        expect(status != Status.OK, "OK with 4 cables for 6 freedoms and a wrench outside their span")
+        expect(status != Status.OK, "OK with 4 cables for 6 degrees of freedom and a wrench outside their span")
     for problem in samples.feasible()[2][:50]:
         flat = problem.W.copy()
         flat[-1] = flat[0]
@@ -112,7 +112,7 @@ def limits_are_the_arguments(subject: SolverSubject) -> None:
             status, tension = solve(solver, problem)
             larger = replace(problem, wrench=1e3 * problem.wrench, t_min=1e3 * problem.t_min, t_max=1e3 * problem.t_max)
             status_2, tension_2 = solve(solver, larger)
-            expect(status == status_2, f"status {status}, and {status_2} with everything a thousand times larger")
+            expect(status == status_2, f"status {status}, but {status_2} with 1000 times limits and wrench")
             if status == Status.OK:
                 allowed = max(1e-6, 10 * subject.accuracy) * float(problem.t_max.max())
                 expect_close(tension_2 / 1e3, tension, allowed, "tensions of the scaled problem, N")
@@ -128,7 +128,7 @@ def cables_may_come_in_any_order(subject: SolverSubject) -> None:
         for problem in group[:50]:
             status, tension = solve(solver, problem)
             status_2, tension_2 = solve(other, _reordered(problem, robot, order))
-            expect(status == status_2, f"status {status}, and {status_2} with the cables in another order")
+            expect(status == status_2, f"status {status}, but {status_2} with another order of the cables")
             if status == Status.OK:
                 allowed = max(1e-6, 10 * subject.accuracy) * float(problem.t_max.max())
                 expect_close(tension_2, tension[order], allowed, "tensions with the cables in another order, N")
@@ -166,7 +166,7 @@ def misleading_problems_are_answered_truly(subject: SolverSubject) -> str:
     full, most = subject.properties.get("coverage") == "full", subject.properties.get("max_redundancy", "any")
     needs(
         (subject.declares("exact") or full) and subject.respects_bounds,
-        "it does not declare itself exact, or its coverage full, within the limits",
+        "it declares neither exact nor coverage: full, or it declares respects_bounds: false",
     )
     solved = 0
     for found, problems in samples.misleading(FEW if subject.declares("slow") else MANY, seed=301):
@@ -246,7 +246,7 @@ def _no_step_is_cheaper(subject: SolverSubject, cost: Cost) -> str:
             for share in STEPS:
                 beside = cost(tension + share * (other - tension), problem.t_min, problem.t_max)
                 allowed = 10 * subject.accuracy * (abs(here) + abs(there)) * share + ROUND_OFF * abs(here)
-                expect(beside >= here - allowed, f"a cost of {beside:.9g} beside an answer of {here:.9g}")
+                expect(beside >= here - allowed, f"the cost of an answer is {here:.9g}, nearby it is {beside:.9g}")
         certified += 1
     expect(certified, "it answered none of the feasible problems that leave a choice")
     return f"{certified} evaluated"

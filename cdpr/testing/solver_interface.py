@@ -89,7 +89,7 @@ def reset_forgets(subject: SolverSubject) -> None:
 
 def the_platform_does_not_matter(subject: SolverSubject) -> None:
     """With `platform_independent`, the mass and inertia of the platform have no effect on an answer."""
-    needs(subject.declares("platform_independent"), "it is made anew for another platform")
+    needs(subject.declares("platform_independent"), "it does not declare platform_independent")
     for group in samples.feasible():
         robot = group[0].robot
         one, other = subject.make(robot), subject.make(samples.laden(robot))
@@ -159,7 +159,7 @@ def memory_never_decides(subject: SolverSubject) -> None:
         memory = Memory(solver)
         needs(
             isinstance(solver, CompiledSolver) or not subject.declares("warm_start"),
-            "it declares warm_start: what it remembers is its own affair",
+            "it declares warm_start: earlier problems may affect its answers",
         )
         for problem in group[:5]:
             solve(solver, problem)
@@ -183,7 +183,7 @@ def eight_are_answered_as_one(subject: SolverSubject) -> str:
     The result must not depend on the other problems or on the contents of the memory.
     """
     created = subject.make(samples.feasible()[0][0].robot)
-    needs(isinstance(created, CompiledSolver) and _eight(created) is not None, "it has no operation for eight problems")
+    needs(isinstance(created, CompiledSolver) and _eight(created) is not None, "it has no kernel for eight problems")
     answered = count = 0
     hard = [problems for _, problems in samples.misleading(80, seed=302)]
     for k, group in enumerate((*samples.feasible(), *samples.infeasible(), *hard)):
@@ -198,7 +198,7 @@ def eight_are_answered_as_one(subject: SolverSubject) -> str:
             problems = [each if isinstance(each, Problem) else many[each] for each in chosen]
             count += LANES
             answered += _expect_the_same(solver, eight, problems, POISON[count // LANES % len(POISON)])
-    expect(answered, "it answers none of them")
+    expect(answered, "it answers none of the problems")
     return f"{answered} of {count} answered"
 
 
@@ -224,13 +224,15 @@ def _expect_the_same(solver: CompiledSolver, eight: Bound | None, problems: Sequ
     tension = eight.given["tension"]
     tension[...] = np.nan
     refused = eight()
-    expect(0 <= refused < 2**LANES, f"{refused} are not the bits of eight")
+    expect(0 <= refused < 2**LANES, f"returned {refused}, expected one bit for each of eight problems")
     for field, array in zip(fields, kept, strict=True):
         expect_same_bits(eight.given[field], array, f"{field} of eight after they are answered")
     for lane, problem in enumerate(problems):
         status, alone = solve(solver, problem)
         among = "refused" if refused >> lane & 1 else "answered"
-        expect((status != Status.OK) == bool(refused >> lane & 1), f"{among} among eight, alone it is {Status(status)}")
+        expect(
+            (status != Status.OK) == bool(refused >> lane & 1), f"{among} among eight problems, {Status(status)} alone"
+        )
         if status == Status.OK:
             expect_same_bits(tension[:, lane].copy(), alone, "answer among eight")
     return LANES - int(refused).bit_count()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
 
@@ -55,3 +56,60 @@ print("still there")
 def test_threads_that_replace_stdout_at_once_leave_it_in_place():
     done = subprocess.run([sys.executable, "-c", THREADS], capture_output=True, text=True, check=True)
     assert done.stdout == "still there\n"
+
+
+CLOSED = """
+import os, sys
+from cdpr.base.redirect_output import discarded_output
+closed = [int(number) for number in sys.argv[2:]]
+with discarded_output():
+    os.write(1, b"discarded")
+    os.write(2, b"discarded")
+for fd in range(3):
+    try:
+        os.fstat(fd)
+        assert fd not in closed, fd
+    except OSError:
+        assert fd in closed, fd
+open(sys.argv[1], "w").write("done")
+"""
+
+
+@pytest.mark.parametrize("closed", [(1,), (2,), (1, 2), (0, 1, 2)], ids=str)
+def test_closed_streams_are_closed_again(tmp_path, closed):
+    """As with `cdpr ... >&-` in a shell."""
+    done = run_without(closed, "-c", CLOSED, str(tmp_path / "result"), *map(str, closed))
+    assert (tmp_path / "result").exists(), done.stderr
+    assert b"discarded" not in done.stdout + done.stderr
+
+
+FIRST_FILE = """
+import sys
+from cdpr.ui.cli.streams import streams
+with streams(), open(sys.argv[1], "w") as file:
+    file.write(str(file.fileno()))
+"""
+
+
+@pytest.mark.parametrize("closed", [(1,), (0, 1, 2)], ids=str)
+def test_no_file_of_a_command_gets_the_number_of_a_closed_stream(tmp_path, closed):
+    """Otherwise the output of native code would go to that file."""
+    run_without(closed, "-c", FIRST_FILE, str(tmp_path / "file"))
+    assert int((tmp_path / "file").read_text()) > 2
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(bool(registry().get("backend", "bullet").missing), reason="pybullet is not installed")
+def test_a_run_on_bullet_without_streams(tmp_path):
+    run = ["-m", "cdpr", "run", "caroca", "--backend", "bullet", "--set", "simulation.duration=0.01"]
+    assert run_without((0, 1, 2), *run, "--out", str(tmp_path / "run")).returncode == 0
+
+
+def run_without(closed, *arguments):
+    """Run Python with some of the standard streams closed."""
+
+    def close():
+        for fd in closed:
+            os.close(fd)
+
+    return subprocess.run([sys.executable, *arguments], capture_output=True, preexec_fn=close, check=False)

@@ -4,14 +4,24 @@ from __future__ import annotations
 
 import json
 import re
+from functools import partial
 
 import pytest
 from command_line import cdpr_here
 from pydantic import ValidationError
 from spread import sampled
 
+from cdpr.plugins import Controller, TensionSolver
 from cdpr.plugins.registry import OWN_DISTRIBUTION, ROLES, registry
-from cdpr.testing import backend_checks, check_solver, controller_checks, solver_answers, solver_checks
+from cdpr.tension import Status
+from cdpr.testing import (
+    backend_checks,
+    check_controller,
+    check_solver,
+    controller_checks,
+    solver_answers,
+    solver_checks,
+)
 
 FORMS = {"backend": backend_checks, "solver": solver_checks, "controller": controller_checks}
 
@@ -125,6 +135,29 @@ def test_command_prints_json():
     outcomes = {check["id"]: check["outcome"] for check in told["checks"]}
     assert outcomes["answers_balance"] == "passed"
     assert outcomes["answers_are_within_the_limits"] == "n/a"
+
+
+def test_reasons_of_skipped_checks_name_the_missing_declaration():
+    def reason(results):
+        (result,) = results
+        assert result.outcome == "n/a"
+        return result.detail
+
+    solver = partial(check_solver, Remembering, properties={"warm_start": True})
+    assert reason(solver(only=["the_platform_does_not_matter"])) == "it does not declare platform_independent"
+    expected = "it declares warm_start: earlier problems may affect its answers"
+    assert reason(solver(only=["memory_never_decides"])) == expected
+    assert reason(check_controller(Silent, only=["platform_is_renewed"])) == "it does not support renew"
+
+
+class Remembering(TensionSolver):
+    def solve(self, W, wrench, t_min, t_max, out):
+        return Status.NOT_FOUND
+
+
+class Silent(Controller):
+    def control(self, time, state, desired, out):
+        out[:] = 0.0
 
 
 def test_plugins_that_require_options_report_it():

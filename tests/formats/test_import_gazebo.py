@@ -13,9 +13,9 @@ from conftest import ROOT
 from plugin_cases import POINTS, SUCCESSOR, THESIS, TRAJECTORY, wirex
 
 import cdpr
-from cdpr.base.errors import CdprError
+from cdpr.base.errors import CdprError, OutputError
 from cdpr.formats import import_file
-from cdpr.formats.read.import_files import write
+from cdpr.formats.read.import_files import ImportResult, write
 from cdpr.formats.read.imported import unique
 from cdpr.mechanics.kinematics import lengths, make_state
 
@@ -313,3 +313,12 @@ def test_files_of_nothing_end_in_one_line(tmp_path, content):
     assert done.returncode == 2
     assert "Traceback" not in done.stderr
     assert str(tmp_path / "x.yaml") in done.stderr
+
+
+def test_a_failed_import_removes_no_file_of_another_process(tmp_path, monkeypatch):
+    found = ImportResult("robot.xml", {"robot.yaml": "mine", "scenario.yaml": "mine"})
+    (tmp_path / "scenario.yaml").write_text("another's")
+    monkeypatch.setattr("os.path.lexists", lambda path: False)  # created after the check
+    with pytest.raises(OutputError, match="cannot be written: File exists"):
+        write(found, tmp_path, force=False)
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == {"scenario.yaml": "another's"}

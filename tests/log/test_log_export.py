@@ -129,7 +129,7 @@ def test_a_missing_package_has_a_remedy(
 def test_an_existing_file_is_kept(run: Run, tmp_path: Path) -> None:
     out = tmp_path / "run.csv"
     out.write_text("mine")
-    with pytest.raises(OutputError, match=r"run\.csv' already exists and is not overwritten; choose another --out"):
+    with pytest.raises(OutputError, match=r"run\.csv' already exists and is not overwritten; choose another name"):
         export(run, "csv", out)
     assert out.read_text() == "mine"
     export(run, "csv", out, force=True)

@@ -43,7 +43,7 @@ def test_a_folder_in_use_is_refused(tmp_path: Path) -> None:
     out = tmp_path / "a" / "b"
     RunFolder(out, HEADER)
     before = (out / "run.json").read_bytes()
-    with pytest.raises(OutputError, match="exists and is not empty; choose another --out or remove it"):
+    with pytest.raises(OutputError, match="exists and is not empty; choose another folder or remove it"):
         RunFolder(out, HEADER)
     assert (out / "run.json").read_bytes() == before
     (tmp_path / "empty").mkdir()

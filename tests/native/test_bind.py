@@ -141,9 +141,9 @@ WRONG = [
     ({"left": np.zeros(6)}, ValueError, "recorder: left: expected shape (n, 3), got (6,)."),
     ({"left": np.zeros((2, 4))}, ValueError, "recorder: left: expected shape (n, 3), got (2, 4)."),
     ({"eight": np.zeros((4, 7))}, ValueError, "recorder: eight: expected shape (m, 8), got (4, 7)."),
-    ({"state": np.zeros(3)}, ValueError, "state: expected shape (n,) with n = 2 by left, got (3,)."),
-    ({"answer": np.zeros((2, 5))}, ValueError, "answer: expected shape (n, m) with m = 4 by order, got (2, 5)."),
-    ({"n": 3}, ValueError, "recorder: left: expected shape (n, 3) with n = 3 by the argument, got (2, 3)."),
+    ({"state": np.zeros(3)}, ValueError, "state: expected shape (n,) with n = 2 from 'left', got (3,)."),
+    ({"answer": np.zeros((2, 5))}, ValueError, "answer: expected shape (n, m) with m = 4 from 'order', got (2, 5)."),
+    ({"n": 3}, ValueError, "recorder: left: expected shape (n, 3) with n = 3 from the argument 'n', got (2, 3)."),
     (
         {"scratch": np.zeros((10, 4))},
         ValueError,

@@ -71,7 +71,7 @@ def test_an_operation_is_bound_once_for_each_set_of_shapes(monkeypatch):
 
 
 def test_mismatches_give_one_clear_error():
-    with pytest.raises(ValueError, match=r"cross_products: right: expected shape \(n, 3\) with n = 2 by left"):
+    with pytest.raises(ValueError, match=r"cross_products: right: expected shape \(n, 3\) with n = 2 from 'left'"):
         cross(np.ones((2, 3)), np.ones((3, 3)))
     with pytest.raises(TypeError, match=r"cross_products: missing arguments right"):
         compute("cross_products", {"left": np.ones((2, 3))}, {"product": (2, 3)})

@@ -18,7 +18,7 @@ from cdpr.analysis.compare.scenarios import changes
 from cdpr.analysis.jobs.pool import Case, Outcome, run_cases
 from cdpr.base.errors import CdprError, ScenarioError
 from cdpr.base.temporary import TemporaryFolder
-from cdpr.log.files import require_new
+from cdpr.log.files import NAME_OR_FORCE_IN_PYTHON, replace_all, require_new
 from cdpr.log.run import Run
 from cdpr.scenario import Scenario, load_scenario
 from cdpr.scenario.repeatable import check_repeatable
@@ -49,6 +49,7 @@ def save(
     jobs: int = 1,
     progress: Progress = lambda done, total: None,
     force: bool = False,
+    remedy: str = NAME_OR_FORCE_IN_PYTHON,
 ) -> list[Path]:
     """Run scenarios and write their baselines into `folder`; return the files.
 
@@ -60,6 +61,7 @@ def save(
         jobs: number of processes.
         progress: called with the number of finished runs and the total.
         force: replace existing baselines.
+        remedy: remedy in the message about an existing file.
 
     Raises:
         ScenarioError: if a scenario is invalid.
@@ -75,7 +77,7 @@ def save(
     if twice := sorted({name for name in names if names.count(name) > 1}):
         raise CdprError(f"two baselines would have the name {', '.join(twice)}: give each scenario a unique name")
     for name in names:
-        require_new(folder / name, force)
+        require_new(folder / name, force, remedy)
 
     def keep(k: int, result: RunResult) -> Baseline | CdprError:
         if result.run is None or not result.complete:
@@ -87,7 +89,8 @@ def save(
         if isinstance(each, CdprError):
             raise each
         kept.append(each)
-    return [baseline_file.write(each, folder) for each in kept]
+    replace_all(folder, {each.name: baseline_file.text_of(each) for each in kept}, force)
+    return [folder / each.name for each in kept]
 
 
 def check(folder: Path, *, jobs: int = 1, progress: Progress = lambda done, total: None) -> list[Checked]:

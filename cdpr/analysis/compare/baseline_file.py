@@ -15,7 +15,6 @@ from cdpr.base.checksums import KEY, sealed, unsealed
 from cdpr.base.errors import CdprError
 from cdpr.base.fields import NonNegative, Section
 from cdpr.config.messages import explain
-from cdpr.log.files import make_folder, replace
 
 FORMAT = 1
 
@@ -54,12 +53,8 @@ class Content(Section):
         return self
 
 
-def write(baseline: Baseline, folder: Path) -> Path:
-    """Write a baseline into `folder`, which is created if necessary, and replace an older one of the same name.
-
-    Raises:
-        OutputError: if it cannot be written.
-    """
+def text_of(baseline: Baseline) -> str:
+    """Return the content of a baseline's file."""
     data = {"format": FORMAT, **baseline.__dict__}
     indices, samples, scenario = (data.pop(name) for name in ("indices", "samples", "scenario_yaml"))
     data["columns"] = {name: int(samples[name].shape[1]) for name in FIELDS}
@@ -70,11 +65,7 @@ def write(baseline: Baseline, folder: Path) -> Path:
     text = json.dumps(data, indent=1, allow_nan=False)[:-2]
     text += f',\n "indices": {json.dumps(indices.tolist())}'
     text += f',\n "samples": [\n{lines}\n ],\n "scenario_yaml": [\n{texts}\n ]'
-    text += f',\n "{KEY}": "{sealed(json.loads(text + "}"))[KEY]}"\n}}\n'
-    make_folder(folder)
-    path = folder / baseline.name
-    replace(path, text)
-    return path
+    return text + f',\n "{KEY}": "{sealed(json.loads(text + "}"))[KEY]}"\n}}\n'
 
 
 def read(path: Path) -> Baseline:

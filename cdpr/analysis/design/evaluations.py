@@ -89,7 +89,7 @@ class Evaluations:
             return self._row(number, values, known)
         except (KeyError, TypeError, ValueError, AttributeError) as error:
             path = self._folder.path / LEDGER_NAME
-            raise LogError(f"{path}: evaluation {number} cannot be read ({error}); choose another --out") from error
+            raise LogError(f"{path}: evaluation {number} cannot be read ({error}); choose another folder") from error
 
     def _evaluated(self, number: int, values: Array | None) -> Outcome:
         given = None if values is None else values.tolist()

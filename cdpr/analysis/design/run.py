@@ -77,7 +77,8 @@ def run_design(
         if folder.rows:
             if not resume:
                 count = len(folder.rows)
-                raise OutputError(f"{path}: holds {count} evaluations of this design: --resume continues them")
+                text = f"holds {count} evaluations of this design: --resume continues them (in Python resume=True)"
+                raise OutputError(f"{path}: {text}")
             _expect(folder, versions)
         evaluate = Evaluations(design, folder, jobs, progress)
         try:
@@ -110,9 +111,9 @@ def _expect(folder: JobFolder, versions: Mapping[str, str]) -> None:
     try:
         before = opened(path.read_bytes(), COMPUTED).versions
     except (OSError, ValueError) as error:
-        raise LogError(f"{path}: cannot be read ({error}); choose another --out") from error
+        raise LogError(f"{path}: cannot be read ({error}); choose another folder") from error
     differ = [
         f"{name} {before.get(name, 'none')}, here {here}" for name, here in versions.items() if before.get(name) != here
     ]
     if differ:
-        raise OutputError(f"{folder.path}: was computed by other versions: {'; '.join(differ)}; choose another --out")
+        raise OutputError(f"{folder.path}: was computed by other versions: {'; '.join(differ)}; choose another folder")

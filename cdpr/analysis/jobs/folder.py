@@ -47,20 +47,19 @@ class JobFolder:
         rows: outcomes of the finished cases by id.
     """
 
-    def __init__(self, path: Path, kind: str, content: Mapping[str, Any], option: str = "--out") -> None:
+    def __init__(self, path: Path, kind: str, content: Mapping[str, Any]) -> None:
         """Open a folder.
 
         Args:
             path: the folder.
             kind: kind of job, such as "study".
             content: description with name, cases and digest.
-            option: command option that named the folder, for messages.
 
         Raises:
             OutputError: if the folder has other content, is in use or cannot be written.
             LogError: if it is damaged.
         """
-        self.path, self._kind, self._option = path, kind, option
+        self.path, self._kind = path, kind
         self._description = description = path / f"{kind}.json"
         self._digest = str(content["digest"])
         try:
@@ -68,7 +67,7 @@ class JobFolder:
             self._refuse_others()
             self._ledger = open_to_lock(path / LEDGER_NAME, os.O_RDWR | os.O_CREAT | os.O_APPEND)
         except FileExistsError as error:
-            raise OutputError(f"{path}: is a file, not a folder; choose another {option}") from error
+            raise OutputError(f"{path}: is a file, not a folder; choose another name") from error
         except OSError as error:
             raise unwritable(Path(error.filename or path), error) from error
         try:
@@ -105,7 +104,7 @@ class JobFolder:
         strange = {entry.name for entry in self.path.iterdir() if not is_temporary_of(entry.name, self._description)}
         strange -= ours
         if strange and not self._description.is_file():
-            text = f"exists, is not empty and contains no {self._kind}; choose another {self._option}"
+            text = f"exists, is not empty and contains no {self._kind}; choose another folder"
             raise OutputError(f"{self.path}: {text}")
 
     def _expect(self, content: Mapping[str, Any]) -> None:
@@ -113,12 +112,12 @@ class JobFolder:
         try:
             known = opened(self._description.read_bytes(), DESCRIBED)
         except ValueError as error:
-            raise LogError(f"{self._description}: cannot be read ({error}); choose another {self._option}") from error
+            raise LogError(f"{self._description}: cannot be read ({error}); choose another folder") from error
         if known.digest != content["digest"]:
             raise OutputError(
                 f"{self.path}: contains another {self._kind}, '{known.name}' of {known.cases} cases; this "
                 f"is '{content['name']}' of {content['cases']}, or its files have changed since; choose another "
-                f"{self._option}"
+                "folder"
             )
 
     def _read(self) -> dict[str, Outcome]:

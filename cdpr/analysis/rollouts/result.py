@@ -19,7 +19,7 @@ from cdpr.analysis.jobs.cases import Outcome
 from cdpr.analysis.rollouts.figures import FIGURES
 from cdpr.base.columns import Column
 from cdpr.base.errors import OutputError, PluginError
-from cdpr.log.files import make_folder, replacing
+from cdpr.log.files import NAME_OR_FORCE_IN_PYTHON, make_folder, replacing, require_new
 from cdpr.model.robot import Array
 
 if TYPE_CHECKING:
@@ -144,10 +144,9 @@ class Rollouts:
         out = Path(path)
         if out.suffix not in WRITERS:
             raise OutputError(f"{out}: expected a name that ends in {' or '.join(WRITERS)}")
-        if out.exists() and not (force and out.is_file()):
-            raise OutputError(f"{out}: exists; choose another name, or set force=True")
+        require_new(out, force, NAME_OR_FORCE_IN_PYTHON)
         make_folder(out.parent)
-        with replacing(out) as file:
+        with replacing(out, force) as file:
             WRITERS[out.suffix](self, file)
 
     @cached_property

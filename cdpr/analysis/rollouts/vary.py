@@ -11,7 +11,7 @@ from pydantic import ValidationError
 
 from cdpr.analysis.jobs.draw import MAX_COUNT, Random, drawn
 from cdpr.base.errors import CdprError, ScenarioError
-from cdpr.base.problems import Mark, Path, dotted, shown
+from cdpr.base.problems import Mark, Path, dotted, first_ones, shown
 from cdpr.config.messages import explain
 from cdpr.config.overrides import Overrides, marked_changes, plain_value, read_overrides
 from cdpr.config.problems import Problems
@@ -96,7 +96,7 @@ def _values(given: Any, n: int, seed: str) -> Sequence[Any]:
             texts = [
                 f"{dotted(one.path)}: {one.text}" if one.path else one.text for one in explain(error, Random, given)
             ]
-            raise ValueError("; ".join(texts)) from None
+            raise ValueError("; ".join(first_ones(texts))) from None
         given = drawn(distribution, seed)
     array = _array(given)
     if not isinstance(given, list | tuple) and (array is None or array.ndim == 0):

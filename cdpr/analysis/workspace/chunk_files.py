@@ -128,7 +128,7 @@ def refuse_another(folder: Path, content: Mapping[str, Any]) -> None:
         where, there, here = next(_differences(called, there, here))
         raise OutputError(
             f"{folder}: contains another workspace: {where} is {_short(there)} there, {_short(here)} here; "
-            "choose another --chunks"
+            "choose another folder"
         )
 
 

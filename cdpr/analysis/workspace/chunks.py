@@ -128,7 +128,7 @@ def workspace_in_chunks(
         raise CdprError("jobs does not go with scheduler: the cluster's workers compute a chunk for each thread")
     content = _content(Task(robot, kind, whole, region, over, 1), pieces * PIECE, source)
     chunk_files.refuse_another(place, content)
-    opened = JobFolder(place, chunk_files.KIND, content, "--chunks")
+    opened = JobFolder(place, chunk_files.KIND, content)
     try:
         ended = _whole(opened, content["cases"], resume)
         done = sum(len(_cells(region, content["chunk"], number)) for number in ended)
@@ -221,8 +221,8 @@ def _whole(folder: JobFolder, count: int, resume: bool) -> set[int]:
             left.unlink(missing_ok=True)
     if folder.rows and not resume:
         raise OutputError(
-            f"{folder.path}: contains {len(folder.rows)} of {count} chunks of this workspace: continue by --resume, "
-            "or choose another --chunks"
+            f"{folder.path}: contains {len(folder.rows)} of {count} chunks of this workspace: continue by --resume "
+            "(in Python resume=True), or choose another folder"
         )
     return {int(key) for key, row in folder.rows.items() if read_chunk(folder.path, int(key), row) is not None}
 

@@ -152,8 +152,8 @@ def csv(found: Workspace) -> bytes:
 WRITERS: dict[str, Callable[[Workspace], bytes]] = {".vti": vti, ".vtu": vtu, ".ply": ply, ".csv": csv}
 
 
-def export(found: Workspace, path: str | os.PathLike[str]) -> None:
-    """Write a workspace in the format of the file name's ending.
+def export(found: Workspace, path: str | os.PathLike[str], force: bool = True) -> None:
+    """Write a workspace in the format of the file name's ending; replace an existing file only with `force`.
 
     Raises:
         OutputError: if it cannot be written.
@@ -162,7 +162,7 @@ def export(found: Workspace, path: str | os.PathLike[str]) -> None:
     target = Path(path)
     if target.suffix not in WRITERS:
         raise CdprError(f"{target}: expected a name that ends in {', '.join(WRITERS)}")
-    replace(target, WRITERS[target.suffix](found))
+    replace(target, WRITERS[target.suffix](found), force)
 
 
 def _extent(counts: list[int]) -> str:

@@ -123,8 +123,8 @@ class Workspace:
             detail=self.detail,
         )
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the workspace as NPZ.
+    def save(self, path: str | os.PathLike[str], force: bool = True) -> None:
+        """Write the workspace as NPZ; replace an existing file only with `force`.
 
         Raises:
             OutputError: if it cannot be written.
@@ -147,7 +147,7 @@ class Workspace:
             "about": np.array(json.dumps(about, sort_keys=True)),
             **({} if self.detail is None else self.detail.arrays()),
         }
-        with replacing(Path(path)) as file:
+        with replacing(Path(path), force) as file:
             np.savez_compressed(file, allow_pickle=False, **tables)
             seal_archive(file)
 

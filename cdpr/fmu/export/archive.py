@@ -13,13 +13,13 @@ from functools import lru_cache
 from pathlib import Path
 
 from cdpr.base import ownership
-from cdpr.base.errors import OutputError, PluginError
+from cdpr.base.errors import PluginError
 from cdpr.fmu.export.cache import fmu_cache, keep_newest
 from cdpr.fmu.export.description import IDENTIFIER, build_description, configuration, model_description, terminals
 from cdpr.fmu.export.library import FLAGS, NATIVE, SOURCE, library, sources, target
 from cdpr.fmu.export.variables import Model
 from cdpr.fmu.read import trust
-from cdpr.log.files import make_folder, replacing, require_new
+from cdpr.log.files import NAME_OR_FORCE_IN_PYTHON, make_folder, replacing, require_new
 
 # earliest time that a zip archive supports
 EPOCH = (1980, 1, 1, 0, 0, 0)
@@ -50,18 +50,19 @@ def write_fmu(
     source_only: bool = False,
     force: bool = False,
     platforms: Sequence[str] = (NATIVE,),
+    remedy: str = NAME_OR_FORCE_IN_PYTHON,
 ) -> str:
     """Write the FMU into the file `out`, add it to the user's list of trusted FMUs and return its sha256.
+
+    `remedy` is that of the error if the file exists without `force`.
 
     Raises:
         PluginError: as for `fmu_bytes`.
         OutputError: if a file cannot be written.
     """
-    if out.exists() and not out.is_file():
-        raise OutputError(f"{out}: is not a regular file; choose another --out")
-    require_new(out, force)
+    require_new(out, force, remedy)
     content = fmu_bytes(model, fmi, source_only, platforms)
-    _write(out, content)
+    _write(out, content, force=force)
     sha256 = hashlib.sha256(content).hexdigest()
     if not source_only:
         trust.add(sha256, out.name)
@@ -92,9 +93,9 @@ def cached_fmu(model: Model, fmi: int = 3) -> Path:
     return path
 
 
-def _write(out: Path, content: bytes, mode: int | None = None) -> None:
+def _write(out: Path, content: bytes, mode: int | None = None, force: bool = True) -> None:
     make_folder(out.parent)
-    with replacing(out) as file:
+    with replacing(out, force) as file:
         file.write(content)
         if mode is not None:
             Path(file.name).chmod(mode)

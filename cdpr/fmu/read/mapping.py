@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from cdpr.base.errors import FmuError
+from cdpr.base.problems import MAX_PROBLEMS, first_ones
 from cdpr.fmu.read.model import ModelDescription
 from cdpr.fmu.read.options import Signals
 from cdpr.fmu.read.ports import Side
@@ -51,7 +52,7 @@ def map_signals(
     """
     mapping, problems = resolve(description, robot, options, role)
     if problems:
-        raise FmuError("\n".join(problems))
+        raise FmuError("\n".join(first_ones(problems, MAX_PROBLEMS)))
     return mapping
 
 

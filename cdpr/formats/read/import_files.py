@@ -241,11 +241,11 @@ def write(taken: ImportResult, folder: Path, *, force: bool, otherwise: str = "c
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name, text in taken.files.items():
-            written.append(folder / name)
             if name in there:
-                replace(written[-1], text)
+                replace(folder / name, text)
             else:
-                create(written[-1], text)
+                create(folder / name, text)
+            written.append(folder / name)
     except (OSError, OutputError) as error:
         for path in written:
             if path.name not in there:

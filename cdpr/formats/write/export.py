@@ -17,7 +17,15 @@ from cdpr.formats.write.export_model import Options, begin, left_out
 from cdpr.formats.write.export_model import export as text_of
 from cdpr.log.export import EXPORTS
 from cdpr.log.export import export as write_table
-from cdpr.log.files import NAME_OR_FORCE, make_folder, name_from, output_path, replace, require_new
+from cdpr.log.files import (
+    NAME_OR_FORCE,
+    NAME_OR_FORCE_IN_PYTHON,
+    make_folder,
+    name_from,
+    output_path,
+    replace,
+    require_new,
+)
 from cdpr.log.reader import load_run
 from cdpr.log.run import Run
 from cdpr.model import Robot
@@ -75,7 +83,7 @@ def export(
     else:
         loaded = robot_or_scenario(what)
     target = None if out is None else output_path(out, "export(out=)", "folder" if to in (PACKAGES, NATIVE) else "file")
-    written = write(loaded, to, target, Options(**options), force=force, remedy="choose another name, or force=True")
+    written = write(loaded, to, target, Options(**options), force=force, remedy=NAME_OR_FORCE_IN_PYTHON)
     for each in written.omitted:
         warnings.warn(f"left out: {each}", PartsLeftOut, stacklevel=outside())
     return written.path
@@ -108,26 +116,26 @@ def write(
     """Write a loaded robot, scenario or run, as `export` does; `remedy` is that of the error if the file exists."""
     if isinstance(what, Run):
         out = out or Path(f"{name_from(what.header.scenario)}.{to}")
-        write_table(what, to, out, force)
+        write_table(what, to, out, force, remedy)
         return Written(out, counts={"rows": len(what.rows)})
     if to in (PACKAGES, NATIVE):
         assert isinstance(what, Scenario)
-        return _folder(what, to, out or Path(f"{what.name}_{to}"), force)
+        return _folder(what, to, out or Path(f"{what.name}_{to}"), force, remedy)
     subject = begin(what, to)
     out = out or Path(f"{name_from(subject.robot.name)}{TARGETS[to].ending}")
     text = text_of(subject, to, options)
     require_new(out, force, remedy)
     make_folder(out.parent)
-    replace(out, text)
+    replace(out, text, force)
     return Written(out, left_out(subject, to))
 
 
-def _folder(scenario: Scenario, to: str, out: Path, force: bool) -> Written:
+def _folder(scenario: Scenario, to: str, out: Path, force: bool, remedy: str) -> Written:
     from cdpr.formats.write.native import write_native
     from cdpr.formats.write.ros2 import write_ros2
 
     if to == PACKAGES:
         files, omitted = write_ros2(scenario, out)
     else:
-        files, omitted = write_native(scenario, out, force), left_out_of(scenario, "native")
+        files, omitted = write_native(scenario, out, force, remedy), left_out_of(scenario, "native")
     return Written(out, omitted, {"files": len(files)})

@@ -33,11 +33,19 @@ def save(
     from pathlib import Path
 
     from cdpr.analysis.compare import baseline_check
+    from cdpr.log.files import NAME_OR_FORCE
 
     chosen = None if backends is None else names(backends)
     with terminating(), Progress("runs") as progress:
         files = baseline_check.save(
-            scenarios, Path(out), backends=chosen, overrides=changes, jobs=jobs, progress=progress, force=force
+            scenarios,
+            Path(out),
+            backends=chosen,
+            overrides=changes,
+            jobs=jobs,
+            progress=progress,
+            force=force,
+            remedy=NAME_OR_FORCE,
         )
     for file in files:
         click.echo(file)

@@ -80,7 +80,7 @@ def solvers(
     if out is not None:
         from cdpr.ui.report.pages.bench import write_bench
 
-        write_bench(figures, Path(out))
+        write_bench(figures, Path(out), force)
     if as_json:
         click.echo(json.dumps(figures, indent=1, allow_nan=False))
     else:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cdpr.formats.write import TARGETS
-from cdpr.ui.cli.names import OutPath, change_keys, plugin_files
+from cdpr.ui.cli.names import OutPath, change_keys, force_option, plugin_files
 
 if TYPE_CHECKING:
     from cdpr.log.run import Run
@@ -39,7 +39,7 @@ SCENARIO_ONLY = {  # reasons why these formats require a scenario
 @click.option("--sdf-version", "version", help="1.9, or 1.6 for older readers. [1.9]")
 @click.option("--pulleys-as-points", is_flag=True, help="Replace pulleys by points, for MJCF and SDF, which have none.")
 @click.option("--out", type=OutPath(path_type=Path), help="File; default: run.FORMAT beside the log, or ROBOT.FORMAT.")
-@click.option("--force", is_flag=True, help="Replace the file if it exists.")
+@force_option
 @plugin_files
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from cdpr.ui.cli.names import OutPath, change_keys, plugin_files
+from cdpr.ui.cli.names import OutPath, change_keys, force_option, plugin_files
 from cdpr.ui.cli.numbers import AnyReal
 
 DEFAULT_STEP = 0.001  # s, for robots without a scenario
@@ -37,7 +37,7 @@ DEFAULT_STEP = 0.001  # s, for robots without a scenario
     help="Step of the integrator, s; default: the scenario's physics_step, or 0.001.",
 )
 @change_keys("Change any key of the file.")
-@click.option("--force", is_flag=True, help="Replace the file if it exists.")
+@force_option
 @plugin_files
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(
@@ -70,6 +70,7 @@ def command(
 
     from cdpr.cables import ACTUATED, immediate, with_model
     from cdpr.fmu.export import NATIVE, Actuator, Controller, Load, Model, Plant, write_fmu
+    from cdpr.log.files import NAME_OR_FORCE
     from cdpr.mechanics.kinematics import make_state
     from cdpr.mechanics.properties import home_pose
     from cdpr.simulation.needs import omitted, require
@@ -118,7 +119,7 @@ def command(
 
             loads = loads_of(loaded)
         model = Plant(robot, gravity, step, state, winches=with_winch, control=control, loads=loads)
-    sha256 = write_fmu(model, int(fmi), out, source_only, force, platforms or (NATIVE,))
+    sha256 = write_fmu(model, int(fmi), out, source_only, force, platforms or (NATIVE,), NAME_OR_FORCE)
     if as_json:
         facts = {"file": str(out), "fmi": int(fmi), "sha256": sha256, "model": model.name}
         click.echo(json.dumps({**facts, "robot": robot.name, "step": step, "binary": not source_only}))

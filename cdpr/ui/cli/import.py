@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from cdpr.base.errors import ExitCode
-from cdpr.ui.cli.names import OutPath
+from cdpr.ui.cli.names import OutPath, force_option
 from cdpr.ui.cli.numbers import Real
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     help="Lowest and highest tension, N, of cables without limits in the file.",
 )
 @click.option("--seconds", type=Real(1.0), default=10.0, help="Limit of the CPU time for reading a file. [10]")
-@click.option("--force", is_flag=True, help="Replace existing files.")
+@force_option
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(
     file: str,

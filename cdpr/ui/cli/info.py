@@ -48,20 +48,22 @@ def command(
         for line in lines(figures):
             click.echo(line)
     if out is not None:
-        _write(figures, scene, out, quiet=as_json)
+        _write(figures, scene, out, force, quiet=as_json)
 
 
-def _write(figures: dict[str, Any], scene: Pictures, out: str, *, quiet: bool) -> None:
+def _write(figures: dict[str, Any], scene: Pictures, out: str, force: bool, *, quiet: bool) -> None:
     """Write the drawing and the figures into a folder, which is created if necessary."""
     from pathlib import Path
 
-    from cdpr.log.files import make_folder, replace
+    from cdpr.log.files import markup, replace_all
+    from cdpr.ui.report.figures.sketch import draw
 
     folder = Path(out)
-    make_folder(folder)
-    replace(folder / "info.json", json.dumps(figures, indent=2, allow_nan=False) + "\n")
-    from cdpr.ui.report.figures.sketch import write_svg
-
-    write_svg(scene, folder / "robot.svg", f"Robot {figures['robot']['name']}")
+    drawing = draw(scene).markup(f"Robot {figures['robot']['name']}", both=False)
+    replace_all(
+        folder,
+        {"info.json": json.dumps(figures, indent=2, allow_nan=False) + "\n", "robot.svg": markup(drawing)},
+        force,
+    )
     if not quiet:
         click.echo(folder / "robot.svg")

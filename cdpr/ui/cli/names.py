@@ -68,7 +68,8 @@ def change_keys(text: str) -> Decorator:
 
 def force_option(command: Any) -> Any:
     """Add the option --force to a command that writes files."""
-    return click.option("--force", is_flag=True, help="Replace files that exist.")(command)
+    text = "Replace existing files. Of a symbolic link, the link is replaced, not its target."
+    return click.option("--force", is_flag=True, help=text)(command)
 
 
 def require_new_in(folder: str, files: tuple[str, ...], force: bool) -> None:

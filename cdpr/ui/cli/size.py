@@ -100,7 +100,7 @@ def command(
         from cdpr.ui.report.pages.sizing import render_sizing
 
         make_folder(target.parent)
-        replace_markup(target, render_sizing(figures))
+        replace_markup(target, render_sizing(figures), force)
     if as_json:
         click.echo(json.dumps(figures, indent=1, allow_nan=False))
         return

@@ -107,8 +107,10 @@ def _default(value: object) -> object:
 
 def _long(solver: dict[str, Any]) -> Iterator[str]:
     """Yield all declarations of a plugin, first the formula and its source."""
+    from cdpr.ui.report.text.aligned import wrapped
+
     properties = dict(solver["properties"])
-    yield f"{solver['name']}: {solver['summary']}"
+    yield from wrapped(f"{solver['name']}: {solver['summary']}", 2)
     for key in ("formula", "source"):
         yield from _fact(key, _text(properties.pop(key, None)))
     for title, key in COLUMNS.items():
@@ -118,7 +120,8 @@ def _long(solver: dict[str, Any]) -> Iterator[str]:
     for alias, source in solver["aliases"].items():
         yield from _fact("also", f"{alias} ({source})")
     for option in solver["options"]:
-        default = "required" if option["required"] else f"default {_text(option['default'])}"
+        default = "not set" if option["default"] is None else f"default {_text(option['default'])}"
+        default = "required" if option["required"] else default
         meaning = f": {option['meaning']}" if option["meaning"] else ""
         yield from _fact("option", f"{option['name']} ({default}){meaning}")
     yield from _fact("from", f"{solver['distribution']} {solver['version']}")

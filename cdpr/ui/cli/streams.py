@@ -16,7 +16,7 @@ from collections.abc import Iterable, Iterator
 from typing import Any, TextIO, cast
 
 from cdpr.base.problems import printable
-from cdpr.base.redirect_output import is_redirected
+from cdpr.base.redirect_output import is_redirected, open_closed_streams
 from cdpr.ui.cli.colour import coloured, wanted
 
 # Undecodable bytes of file names, as represented by Python; those below 0xa0 may be control characters.
@@ -147,6 +147,7 @@ def streams() -> Iterator[None]:
 
     Undecodable file names are written unchanged. Streams without descriptors are not changed.
     """
+    open_closed_streams()
     before = sys.stdout, sys.stderr
     if sys.stderr is None:  # closed: its messages must not reach stdout
         sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115  - open until the process ends

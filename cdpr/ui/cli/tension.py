@@ -96,7 +96,7 @@ def command(
         for line in lines(figures):
             click.echo(line)
     if out is not None or not as_json:
-        _write(figures, out, quiet=as_json)
+        _write(figures, out, force or out is None, quiet=as_json)
 
 
 def _contestants(names: Sequence[str], robot: Robot, own: tuple[str, BaseModel] | None) -> list[Contestant]:
@@ -128,28 +128,23 @@ def _contestants(names: Sequence[str], robot: Robot, own: tuple[str, BaseModel] 
     return [contestant(name, entry) for name, entry in chosen.items()]
 
 
-def _write(figures: dict[str, Any], out: str | None, *, quiet: bool) -> None:
+def _write(figures: dict[str, Any], out: str | None, force: bool, *, quiet: bool) -> None:
     """Write picture and figures into a folder, which is created if necessary, and print the path."""
     from pathlib import Path
 
-    from cdpr.log.files import make_folder, replace, replace_markup
+    from cdpr.log.files import markup, replace_all
     from cdpr.log.run_folder import RUNS, safe_name
     from cdpr.ui.report.text.distributions import no_picture
 
     folder = Path(out) if out is not None else RUNS / "tension" / safe_name(figures["robot"])
-    written = folder / "tension.json"
-    picture = None
+    files: dict[str, str | bytes] = {"tension.json": json.dumps(figures, indent=2, allow_nan=False) + "\n"}
     if no_picture(figures) is None:
         try:
             from cdpr.ui.report.figures.null_space import draw_null_space
 
-            picture = draw_null_space(figures)
+            files["tension.svg"] = markup(draw_null_space(figures))
         except PluginError as error:
             click.echo(f"no picture: {error}", err=True)
-    make_folder(folder)
-    replace(written, json.dumps(figures, indent=2, allow_nan=False) + "\n")
-    if picture is not None:
-        written = folder / "tension.svg"
-        replace_markup(written, picture)
+    replace_all(folder, files, force)
     if not quiet:
-        click.echo(written)
+        click.echo(folder / [*files][-1])

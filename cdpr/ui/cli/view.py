@@ -65,7 +65,7 @@ def command(
     path = None if out is None else _page_at(Path(out), force)
     page = _runs(what, pose, changes) if _are_runs(what) else _view_page(what, pose, changes)
     path = path or _usual()
-    replace_markup(path, page)
+    replace_markup(path, page, force or out is None)
     click.echo(path)
     if show:
         import webbrowser
@@ -107,7 +107,7 @@ def _figure(
     drawn = load_run(what[0]).plot(*names(figure), cables=shown, width="ieee" if width is None else width)
     file = BytesIO()
     drawn.savefig(file, format=kind[1:])
-    replace(path, file.getvalue())
+    replace(path, file.getvalue(), force)
     click.echo(path)
 
 

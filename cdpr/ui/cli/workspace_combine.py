@@ -24,4 +24,4 @@ def command(first: str, how: str, second: str, out: str | None, force: bool, as_
     from cdpr.ui.cli.workspace_kind import finish, target_of
 
     target = target_of(out, force)
-    finish(combine(load_workspace(first), how, load_workspace(second)), target, as_json)
+    finish(combine(load_workspace(first), how, load_workspace(second)), target, force, as_json)

@@ -26,5 +26,5 @@ def command(file: str, out: str, force: bool) -> None:
     require_new(Path(out), force)
     found = load_workspace(file)
     make_folder(Path(out).parent)
-    export(found, out)
+    export(found, out, force)
     click.echo(out)

@@ -112,7 +112,8 @@ def command_of(name: str, text: str) -> click.Command:
         if oracle is not None and to is not None:
             raise click.UsageError("--oracle does not support --chunks: use 'cdpr workspace compare' on the folder")
         target = target_of(out, force)
-        _run(name, file, changes, place, over, options | {"required": required}, jobs, to, target, as_json, oracle)
+        options["required"] = required
+        _run(name, file, changes, place, over, options, jobs, to, target, force, as_json, oracle)
 
     unit = f" ({kind.unit})" if kind.unit else ""
     run.__doc__ = f"{text}\n\n    The value is the {kind.value}{unit}. {_more(kind.needs)}"
@@ -197,6 +198,7 @@ def _run(
     jobs: int | None,
     to: chunked.Chunked | None,
     target: Path | None,
+    force: bool,
     as_json: bool,
     oracle: str | None,
 ) -> None:
@@ -236,7 +238,7 @@ def _run(
         with Progress("poses") as progress:
             agreement = compare(found, robot, progress=progress)
         found.about["oracle"] = {"by": oracle, **dataclasses.asdict(agreement)}
-    finish(found, target, as_json)
+    finish(found, target, force, as_json)
     if oracle is not None and agreement.different:
         raise click.exceptions.Exit(ExitCode.DISAGREES)
 
@@ -257,7 +259,7 @@ def target_of(out: str | None, force: bool) -> Path | None:
     return target
 
 
-def finish(found: Workspace, target: Path | None, as_json: bool) -> None:
+def finish(found: Workspace, target: Path | None, force: bool, as_json: bool) -> None:
     """Write a workspace and print its figures."""
     if target is not None:
         from cdpr.log.files import make_folder
@@ -265,7 +267,7 @@ def finish(found: Workspace, target: Path | None, as_json: bool) -> None:
 
         make_folder(target.parent)
         with terminating():  # large files take seconds, and an incomplete one is removed
-            found.save(target)
+            found.save(target, force)
     print_figures(found.summary() | ({} if target is None else {"file": str(target)}), as_json)
 
 

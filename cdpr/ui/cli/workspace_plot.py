@@ -34,7 +34,7 @@ def command(file: str, slices: tuple[str, ...], out: str | None, force: bool) ->
     require_new(target, force)
     text = render_workspace(found, robot_of(found, file), [_slice(each) for each in slices])
     make_folder(target.parent)
-    replace_markup(target, text)
+    replace_markup(target, text, force)
     click.echo(str(target))
 
 

@@ -16,7 +16,6 @@ FIELDS = (
     (r"\(--planar\)", "(the field Planar)"),
     (r"\(--pulleys-as-points\)", "(the field Pulleys)"),
     (r"\(--set\b[^()]*\)", "(in the form)"),
-    (r"\banother --out\b", "another place"),
 )
 
 

@@ -244,7 +244,7 @@ def test_another_workspace_is_rejected_with_the_difference(robot, place, tmp_pat
         "cells of a chunk is 65536 there, 131072 here": lambda: chunks(robot, place, folder, resume=True, pieces=2),
     }
     for text, call in cases.items():
-        with pytest.raises(OutputError, match=f"contains another workspace: {text}.*; choose another --chunks"):
+        with pytest.raises(OutputError, match=f"contains another workspace: {text}.*; choose another folder"):
             call()
     assert (folder / LEDGER_NAME).read_bytes() == before
 
@@ -280,9 +280,9 @@ def test_two_at_once_are_refused(robot, place, tmp_path):
 
 def test_folders_that_are_taken_are_refused(robot, place, tmp_path):
     (tmp_path / "mine").write_text("x")
-    with pytest.raises(OutputError, match="exists, is not empty and contains no workspace; choose another --chunks"):
+    with pytest.raises(OutputError, match="exists, is not empty and contains no workspace; choose another folder"):
         chunks(robot, place, tmp_path)
-    with pytest.raises(OutputError, match="is a file, not a folder; choose another --chunks"):
+    with pytest.raises(OutputError, match="is a file, not a folder; choose another name"):
         chunks(robot, place, tmp_path / "mine")
 
 

@@ -87,8 +87,37 @@ def test_existing_files_need_force(name, inputs, tmp_path, monkeypatch):
         assert isinstance(again.exception, OutputError)
         assert "already exists and is not overwritten; choose another --out, or --force" in str(again.exception)
         assert file.read_bytes() == content
+    with monkeypatch.context() as patch:  # another process creates the file while this one computes
+        patch.setattr("os.path.lexists", lambda path: False)
+        late = CliRunner().invoke(cli, command)
+    other = file.with_stem(f"{file.stem}-2")
+    assert isinstance(late.exception, OutputError)
+    assert f"'{file}' was created meanwhile and is not overwritten; this result was written to '{other}'" in str(
+        late.exception
+    )
+    assert file.read_bytes() == content
+    assert other.stat().st_size > 0
     forced = CliRunner().invoke(cli, [*command, "--force"])
     assert forced.exit_code == 0, forced.output
+
+
+def test_a_folder_is_not_replaced(tmp_path):
+    for more in ((), ("--force",)):
+        result = CliRunner().invoke(cli, ["export", ROBOT, "--to", "mjcf", "--out", str(tmp_path), *more])
+        assert str(result.exception) == f"'{tmp_path}' is a folder; choose another name"
+
+
+def test_force_replaces_a_link_and_not_its_target(tmp_path):
+    (tmp_path / "target.xml").write_text("mine")
+    (tmp_path / "link.xml").symlink_to(tmp_path / "target.xml")
+    command = ["export", ROBOT, "--to", "mjcf", "--out", str(tmp_path / "link.xml"), "--force"]
+    assert CliRunner().invoke(cli, command).exit_code == 0
+    assert not (tmp_path / "link.xml").is_symlink()
+    assert (tmp_path / "target.xml").read_text() == "mine"
+    assert (
+        "Of a symbolic link, the link is replaced"
+        in CliRunner().invoke(cli, ["export", "--help"], terminal_width=200).output
+    )
 
 
 def test_force_replaces_no_file_of_another_kind_by_a_page(tmp_path):

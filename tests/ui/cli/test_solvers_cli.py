@@ -13,9 +13,12 @@ from cdpr.plugins import PluginInfo, PluginOptions
 from cdpr.plugins.registry import Registered, registry
 from cdpr.ui.cli.solvers import command
 
+SUMMARY = f"an odd one{', that is long' * 10}"
+
 
 class Options(PluginOptions):
     power: float = Field(2.0, description="of each tension")
+    limit: float | None = Field(None, description="of all of them")
     weights: list[float] = Field(description="one a cable")
 
 
@@ -24,7 +27,7 @@ def stranger(monkeypatch):
     info = PluginInfo(
         name="odd",
         factory="x:Y",
-        summary="an odd one",
+        summary=SUMMARY,
         requires=("no_such_module",),
         properties={"exact": False, "max_redundancy": 2, "formula": "t = 7", "colour": "blue"},
         options=Options,
@@ -52,12 +55,14 @@ def test_table(stranger):
 def test_at_length(stranger):
     text = run("far:odd")
     for expected in (
-        "far:odd: an odd one\n",
+        "far:odd: an odd one, that is long",
+        ", that is long,\n  that is long, that is long, that is long\n",
         "  formula        t = 7\n",
         "  source         -\n",
         "  max r          2\n",
         "  colour         blue\n",
         "  option         power (default 2.0): of each tension\n",
+        "  option         limit (not set): of all of them\n",
         "  option         weights (required): one a cable\n",
         "  from           far 3.1\n",
         "  not installed  pip install no_such_module\n",
@@ -74,7 +79,7 @@ def test_json_holds_what_is_declared(stranger):
     for name, row in told.items():
         assert set(row["properties"]) == set(registry().get("solver", name).info.properties)
     assert json.loads(run("far:odd", "--json")) == told["far:odd"]
-    assert told["far:odd"]["options"][1] == {
+    assert told["far:odd"]["options"][2] == {
         "name": "weights", "default": None, "required": True, "meaning": "one a cable"
     }  # fmt: skip
 

@@ -36,7 +36,6 @@ def test_fields_are_on_the_page():
         ("ideal (--set robot.cable.model=ideal, of a robot file cable.model=ideal)", "ideal (in the form)"),
         ("to the import (--tension MIN,MAX)", "to the import (the fields Tension limits)"),
         ("increase the limit (--seconds N; in Python seconds=N)", "increase the limit (the field CPU time)"),
-        ("choose another --out or remove it", "choose another place or remove it"),
         ("a file (--settings)", "a file (--settings)"),
     ],
 )

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from cdpr.formats.write.native.header import header_text
 from cdpr.formats.write.native.layout import Layout
-from cdpr.log.files import make_folder, replace, require_new
+from cdpr.log.files import NAME_OR_FORCE_IN_PYTHON, replace_all, require_new
 from cdpr.scenario import Scenario
 from cdpr.simulation.exported import control_of
 
@@ -25,8 +25,12 @@ def native_files(scenario: Scenario) -> dict[str, bytes]:
     return {HEADER: header.encode(), NUMBERS: layout.file(signature)}
 
 
-def write_native(scenario: Scenario, folder: Path, force: bool = False) -> list[Path]:
+def write_native(
+    scenario: Scenario, folder: Path, force: bool = False, remedy: str = NAME_OR_FORCE_IN_PYTHON
+) -> list[Path]:
     """Write the files into `folder`, which is created if necessary; return their paths.
+
+    `remedy` is that of the error if a file exists without `force`.
 
     Raises:
         CdprError: as `native_files`.
@@ -34,8 +38,6 @@ def write_native(scenario: Scenario, folder: Path, force: bool = False) -> list[
     """
     content = native_files(scenario)
     for name in content:
-        require_new(folder / name, force)
-    make_folder(folder)
-    for name, data in content.items():
-        replace(folder / name, data)
+        require_new(folder / name, force, remedy)
+    replace_all(folder, content, force)
     return [folder / name for name in content]

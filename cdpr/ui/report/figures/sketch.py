@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import pathlib
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
-from cdpr.log.files import replace_markup
 from cdpr.model import rotations
 from cdpr.model.robot import Array
 from cdpr.scene import Pictures, Subject, colours, solid
@@ -34,20 +32,6 @@ FRAME: dict[str, Any] = {"color": PALE, "linewidth": 1.2}
 START: dict[str, Any] = {"color": PALE, "linewidth": 0.7}
 PATH: dict[str, Any] = {"color": INK, "linewidth": 1.7}
 DESIRED_PATH: dict[str, Any] = {"color": colours.DESIRED.light, "linewidth": 1.0, "linestyle": DESIRED}
-
-
-def write_svg(scene: Pictures, file: pathlib.Path, label: str) -> None:
-    """Draw the scene into a file.
-
-    Args:
-        scene: robot and its frames over time.
-        file: output file; its folder must exist.
-        label: description for screen readers.
-
-    Raises:
-        OutputError: if the file cannot be written.
-    """
-    replace_markup(file, draw(scene).markup(label, both=False))
 
 
 @np.errstate(all="ignore")  # a diverged run ends in inf and NaN

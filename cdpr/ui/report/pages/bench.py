@@ -11,7 +11,7 @@ from typing import Any
 
 from cdpr.analysis.bench.adversaries import ARM, BAND
 from cdpr.analysis.bench.overview import overview
-from cdpr.log.files import make_folder, replace, replace_markup
+from cdpr.log.files import markup, replace_all
 from cdpr.scene import colours
 from cdpr.ui.report.pages.page import banner, figure, page, section, table
 from cdpr.ui.report.text.bench import COLUMNS, MEANING, MISLED, OVERVIEW, Columns, cells, facts, overview_cells
@@ -48,23 +48,25 @@ CAPTION = (
 )
 
 
-def write_bench(figures: Mapping[str, Any], folder: Path) -> None:
+def write_bench(figures: Mapping[str, Any], folder: Path, force: bool = True) -> None:
     """Write bench.json, bench.html and one SVG per robot into `folder`, which is created if necessary.
 
     Args:
         figures: result of `cdpr.analysis.bench.run`.
         folder: output folder.
+        force: replace existing files.
 
     Raises:
         PluginError: if matplotlib is missing; bench.json is written before.
         OutputError: if a file cannot be written.
     """
-    make_folder(folder)
-    replace(folder / "bench.json", json.dumps(figures, indent=1, allow_nan=False) + "\n")
-    drawn = drawings(figures)
-    pages = drawn | {"bench.html": render(figures, list(drawn.values()))}
-    for name, text in pages.items():
-        replace_markup(folder / name, text)
+    files: dict[str, str | bytes] = {"bench.json": json.dumps(figures, indent=1, allow_nan=False) + "\n"}
+    try:
+        drawn = drawings(figures)
+        pages = drawn | {"bench.html": render(figures, list(drawn.values()))}
+        files |= {name: markup(text) for name, text in pages.items()}
+    finally:
+        replace_all(folder, files, force)
 
 
 def drawings(figures: Mapping[str, Any]) -> dict[str, str]:
