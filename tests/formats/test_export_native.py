@@ -49,7 +49,7 @@ def test_the_same_scenario_gives_the_same_bytes(tmp_path):
     del junk  # which new arrays without content may have
     assert files == native_files(scenario("caroca"))
     assert [path.read_bytes() for path in write_native(loaded, tmp_path)] == list(files.values())
-    with pytest.raises(OutputError, match="--force"):
+    with pytest.raises(OutputError, match="force=True"):
         write_native(loaded, tmp_path)
     write_native(loaded, tmp_path, force=True)
 
