@@ -15,6 +15,7 @@ import cdpr
 from cdpr.log.checksum import crc32
 from cdpr.log.chunk import CHUNK_HEAD
 from cdpr.log.chunk_index import Written
+from cdpr.log.export import export
 from cdpr.log.finite import Finite
 from cdpr.log.header import Header
 from cdpr.log.mcap_file import BLOCK, PICTURE_ROWS, LogFormat, Piece
@@ -88,6 +89,10 @@ def measure(header: Header, rows: Array, where: str | None = None) -> dict[str, 
         recorder.flush(ROWS)
         return timed(lambda: recorder.close(ROWS), 1) / ROWS
 
+    def table() -> float:
+        run = load_run(base / "same")
+        return timed(lambda: export(run, "csv", base / "table.csv", True), 1) / ROWS
+
     parts: dict[str, Callable[[], float]] = {
         "encode and checksum": lambda: timed(lambda: form.block(rows[:BLOCK], 0), 40) / BLOCK,
         "  of it the checksum": lambda: timed(lambda: crc32(content), 40) / BLOCK,
@@ -97,6 +102,7 @@ def measure(header: Header, rows: Array, where: str | None = None) -> dict[str, 
         "record, new file": lambda: record(base / str(next(fresh))),
         "close": lambda: close(base / "same"),
         "load": lambda: timed(lambda: load_run(base / "same"), 1) / ROWS,
+        "CSV": table,
     }
     cost: dict[str, list[float]] = {name: [] for name in parts}
     pinv = []

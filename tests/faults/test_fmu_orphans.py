@@ -166,6 +166,11 @@ def test_the_next_export_removes_files_of_a_killed_one(tmp_path, monkeypatch):
     (cache / "new.fmu.1.tmp").write_text("x")
     assert len(list(cache.iterdir())) >= 3  # one folder of a compiler, or one on each core beside the linker's
     fmu_cache()
+    # a lock that nobody holds is a file without content, and removed as old
+    assert [path.name for path in cache.iterdir() if not path.name.endswith("lock.tmp")] == ["new.fmu.1.tmp"]
+    for path in cache.glob("*lock.tmp"):
+        os.utime(path, (0, 0))
+    fmu_cache()
     assert [path.name for path in cache.iterdir()] == ["new.fmu.1.tmp"]
 
 
