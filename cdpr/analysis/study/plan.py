@@ -17,10 +17,10 @@ from cdpr.analysis.study.points import Label, Point, Reader, product_of
 from cdpr.analysis.study.schema import Axis, Block, Keep, StudyFile
 from cdpr.base.errors import CdprError, PluginError, ScenarioError
 from cdpr.base.files import UnreadableError, read
-from cdpr.base.problems import Mark, Path, dotted, shown
+from cdpr.base.problems import MAX_PROBLEMS, Mark, Path, dotted, first_ones, shown
 from cdpr.config.document import Document
 from cdpr.config.overrides import Change, Overrides, read_overrides
-from cdpr.config.problems import MAX_PROBLEMS, Problems
+from cdpr.config.problems import Problems
 from cdpr.config.validation import report_nulls, validate
 from cdpr.scenario import Scenario, examples, nominal
 from cdpr.scenario.loader import Source, load_scenario, open_with
@@ -248,8 +248,8 @@ def _checked(
                     wrong.setdefault(line, (number, point))
                     counts[line] += 1
     if wrong:
-        lines = [_problem_line(line, *found, counts[line], total) for line, found in wrong.items()]
-        lines[MAX_PROBLEMS:] = [f"and {len(lines) - MAX_PROBLEMS} more problems"] * (len(lines) > MAX_PROBLEMS)
+        every = [_problem_line(line, *found, counts[line], total) for line, found in wrong.items()]
+        lines = first_ones(every, MAX_PROBLEMS)
         raise PluginError("\n".join(lines)) if only_plugins else ScenarioError(lines)
     return tuple(cases)
 
