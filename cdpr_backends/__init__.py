@@ -8,13 +8,14 @@ from pydantic import Field, model_validator
 
 from cdpr.base.columns import Column
 from cdpr.base.fields import MAX_MAGNITUDE
-from cdpr.cables import EXITS, MODELS
+from cdpr.cables import EXITS, MODELS, WINCH_TYPES
 from cdpr.fmu.read.options import FMU, FmuFile
 from cdpr.link.options import REMOTE, PeerOptions
 from cdpr.plugins import FileName, PluginInfo, PluginOptions, hookimpl
 
 ALL_EXITS = tuple(EXITS)
-OUR_CABLES = {"cable_models": tuple(MODELS), "exits": ALL_EXITS}  # tendons and legs support none
+# tendons and legs support none
+OUR_CABLES = {"cable_models": tuple(MODELS), "exits": ALL_EXITS, "winches": tuple(WINCH_TYPES)}
 
 # Scheme of MuJoCo, Bullet and DART. The reference also has it, for comparisons with each of them.
 EULER = "semi_implicit_euler"

@@ -65,6 +65,10 @@ class WinchReference(Integrator):
         tensions, _ = self.winches.readings(tension, work)
         return tensions, [bind("copy", source=self.winches.work, target=work)]
 
+    def winch_readings(self, unwound: Array, unwinding: Array, torque: Array) -> Operations:
+        """Return the operation that writes the state of the winches."""
+        return self.winches.reading(unwound, unwinding, torque)
+
     def cable_work(self) -> float:
         """Return the work of the cables on the platform [J]."""
         return float(self.winches.work[0])

@@ -97,6 +97,19 @@ class CableLengthOptions(PluginOptions):
     )
 
 
+class InverseKinematicsOptions(PluginOptions):
+    """Options of the controller `inverse_kinematics`."""
+
+    pretension: Gain = Field(
+        0.0,
+        description="tension of the cables in the computation of their lengths; reference of the holding tensions",
+        json_schema_extra={"unit": "N"},
+    )
+    flex_compensation: bool = Field(
+        False, description="shorten the cables by the stretch under the tensions that hold the platform"
+    )
+
+
 class FmuOptions(PluginOptions, FmuFile):
     """Options of the controller `fmu`."""
 
@@ -155,9 +168,16 @@ def cdpr_controllers() -> list[PluginInfo]:
             name="cable_length",
             factory="cdpr_controllers.cable_length:CableLength",
             summary="PID control of each cable length, plus tensions that hold the platform; estimates the pose",
-            properties={"output": "command"},
+            properties={"output": "tension"},
             options=CableLengthOptions,
             changeable=("kp", "ki", "kd", "integral_limit"),
+        ),
+        PluginInfo(
+            name="inverse_kinematics",
+            factory="cdpr_controllers.inverse_kinematics:InverseKinematics",
+            summary="unwound lengths or rates of the cables for the desired pose, without feedback; flex compensation",
+            properties={"output": "command"},
+            options=InverseKinematicsOptions,
         ),
         PluginInfo(
             name=FMU,

@@ -216,9 +216,16 @@ LOADED: tuple[Column, ...] = (
         "Sum of the energies that payloads added when attached, minus those that they removed when released",
     ),
 )
+# Winches that take lengths or rates.
+DRUMS: tuple[Column, ...] = (
+    Column("winch_command", CABLES, "", f"Command of each winch: tension, N, length, m, or rate, m/s; {_HELD}"),
+    Column("unwound_length", CABLES, "m", "Unstretched length of cable between drum and platform"),
+    Column("unwound_rate", CABLES, "m/s", "Rate of `unwound_length`"),
+    Column("motor_torque", CABLES, "N m", "Torque of the motor about the drum's axis; NaN for an ideal drive"),
+)
 # Columns that are NaN for cables without limits, and infinite without a limit on one side, such as after a power cut. A
 # non-finite value in any other column ends a run as diverged.
-NEED_NOT_BE_FINITE = frozenset({"margin", "true_margin"})
+NEED_NOT_BE_FINITE = frozenset({"margin", "true_margin", "motor_torque"})
 # Additional columns of this version; a new column is a line here. Its values are NaN until written.
 LATER: tuple[Column, ...] = ()
 
@@ -244,6 +251,7 @@ class ColumnGroup:
 # the loop are in each run with that part.
 GROUPS: dict[str, ColumnGroup] = {
     "winched": ColumnGroup(WINCHED, "cables are not ideal"),
+    "drums": ColumnGroup(DRUMS, "a winch takes a length or a rate"),
     "later": ColumnGroup(LATER, ""),
     "perceived": ColumnGroup(NOMINAL_COLUMNS, "the scenario contains `believed`"),
     "loaded": ColumnGroup(LOADED, "the scenario contains an event that changes the mass"),

@@ -21,6 +21,7 @@ LATE = {
     "Simulation._repr_html_": "cdpr.ui.report.pages.notebook:of_simulation",
     "keys_of_numbers": "cdpr.cables:keys_of_numbers",
     "names_of_models": "cdpr.cables:names_of_models",
+    "names_of_winch_types": "cdpr.cables:names_of_winch_types",
     "robot_data": "cdpr.scenario.from_python:robot_data",
 }
 

@@ -147,6 +147,14 @@ def of_winch() -> Needs:
     return Needs(plant_fmu=with_winch, controller_fmu=with_winch, mjcf=ideal_only, sdf=as_ideal, urdf=as_ideal)
 
 
+def of_length_winch(kind: str) -> Needs:
+    """Return the needs of a winch of this type, which takes a length or its rate as its command."""
+    tension_only = no("the command of a cable is a tension there; set winch.type to torque")
+    controllers = dict.fromkeys(("plant_fmu", "controller_fmu", "bare_controller_fmu", "native"), tension_only)
+    models = {key: getattr(of_winch(), key) for key in ("mjcf", "sdf", "urdf")}
+    return _but({**controllers, **models, "backend": {"winches": kind}})
+
+
 def of_loop_part() -> Needs:
     """Return the needs of a part of the loop that declares none: it is in all runs, and in no export."""
     apart = no("exports contain no further parts of the loop")

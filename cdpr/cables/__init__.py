@@ -11,24 +11,30 @@ and a span each:
 - `elastic`: two states per cable, the unstretched length l0 (m) between drum and platform, l0' = -r w, and w. It starts
   with the first commanded tension and winds at the rate of the length.
 
+`winch.type` replaces the winch of a model that stretches: `position` and `velocity` take a length or its rate as their
+command (`cdpr.cables.servo`).
+
 Cables of one robot may differ. The chain is evaluated together with the acceleration: once per step in semi-implicit
 engines, which then advance w and after it l0, and at every stage of `reference`.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cdpr.base.errors import CdprError
 from cdpr.base.kinds import Kinds
-from cdpr.cables.chain import DIAMETER, LINEAR_DENSITY, Chain, Number
+from cdpr.cables.chain import DIAMETER, LINEAR_DENSITY, Chain, Number, Winch
 from cdpr.cables.direct import DIRECT
 from cdpr.cables.drum import DRUM
 from cdpr.cables.elastic import ELASTIC
 from cdpr.cables.exit import Exit
 from cdpr.cables.inextensible import INEXTENSIBLE
+from cdpr.cables.servo import POSITION, POSITION_SERVO, VELOCITY, VELOCITY_SERVO
 from cdpr.model import Cable, Robot
 from cdpr.model.robot import COMMANDED
 
@@ -50,6 +56,14 @@ MODELS = {
     "elastic": Chain(DRUM, ELASTIC),
 }
 
+# Types of winches in robot files, for cables that stretch: each without and with the inertia of a drum.
+TORQUE = "torque"
+WINCH_TYPES: dict[str, tuple[Winch, Winch]] = {
+    TORQUE: (DRUM, DRUM),
+    "position": (POSITION, POSITION_SERVO),
+    "velocity": (VELOCITY, VELOCITY_SERVO),
+}
+
 
 def declared(numbers: Iterable[Number]) -> dict[str, Number]:
     """Return numbers by name.
@@ -67,7 +81,12 @@ def declared(numbers: Iterable[Number]) -> dict[str, Number]:
 # Numbers of cables and winches in robot files, by name, in the order of display.
 NUMBERS = declared(
     (DIAMETER, *(number for chain in MODELS.values() for number in chain.span.numbers), LINEAR_DENSITY)
-) | declared(number for chain in MODELS.values() for number in chain.winch.numbers)
+) | declared(
+    (
+        *(number for chain in MODELS.values() for number in chain.winch.numbers),
+        *(number for pair in WINCH_TYPES.values() for part in pair for number in part.numbers),
+    )
+)
 
 ACTUATED = "elastic"  # model of winches given as an FMU, as exported by cdpr
 MIXED = "mixed"  # model of a robot whose cables differ
@@ -103,7 +122,38 @@ def read_exits(plain: Sequence[dict[str, Any] | None]) -> list[Exit | None]:
 
 def chain_of(robot: Robot, cable: Cable) -> Chain:
     """Return winch and span of a cable of this robot."""
-    return MODELS[cable.model or robot.cable_model]
+    model, winch = cable.model or robot.cable_model, cable.winch
+    return MODELS[model] if winch is None else composed(model, winch.type, not math.isnan(winch.inertia))
+
+
+@lru_cache
+def composed(model: str, winch_type: str, driven: bool) -> Chain:
+    """Return winch and span of a cable model with a type of winch.
+
+    Args:
+        model: name in `MODELS`.
+        winch_type: name in `WINCH_TYPES`; ignored if the span does not stretch.
+        driven: True if the winch has the inertia of a drum.
+    """
+    chain = MODELS[model]
+    if not chain.stretches or winch_type == TORQUE:
+        return chain
+    return Chain(WINCH_TYPES[winch_type][driven], chain.span)
+
+
+def commands_of(robot: Robot) -> list[str]:
+    """Return the quantity that the winch of each cable takes as its command: "tension", "length" or "rate"."""
+    return [chain_of(robot, cable).winch.command for cable in robot.cables]
+
+
+def takes_lengths(robot: Robot) -> bool:
+    """Return True if the winch of some cable takes a length or a rate as its command."""
+    return any(each != "tension" for each in commands_of(robot))
+
+
+def names_of_winch_types() -> list[str]:
+    """Return the types of winches."""
+    return list(WINCH_TYPES)
 
 
 def model_of(robot: Robot) -> str:

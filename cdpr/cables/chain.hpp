@@ -1,8 +1,8 @@
 // Tensions and winches of the cables of one robot. SPDX-License-Identifier: Apache-2.0
 //
 // A cable consists of a winch, an exit and a span (`cdpr.cables`). A row of `chains` holds: kinds of winch and span
-// (parts.hpp); the lowest tension, N: 0, or minus infinity for a leg that pushes; eight numbers of the winch, the first
-// of which is cable per unit of the winch's coordinate, m/rad; eight numbers of the span.
+// (parts.hpp); the lowest tension, N: 0, or minus infinity for a leg that pushes; twelve numbers of the winch, the
+// first of which is cable per unit of the winch's coordinate, m/rad; twelve numbers of the span.
 #pragma once
 
 #include <cdpr/cables/parts.hpp>
@@ -11,7 +11,7 @@
 namespace cdpr::CDPR_TARGET {
 
 template <class T> struct ChainRow {
-    static constexpr int WINCH_KIND = 0, SPAN_KIND = 1, LOWEST = 2, WINCH = 3, SPAN = 11, WIDTH = 19;
+    static constexpr int WINCH_KIND = 0, SPAN_KIND = 1, LOWEST = 2, WINCH = 3, SPAN = 15, WIDTH = 27;
 
     const T* row;
 
@@ -47,7 +47,7 @@ template <class T> struct WinchStates {
 
 // Tensions of all cables.
 template <class T> struct ChainTensions {
-    const T* chains;               // (m, 19)
+    const T* chains;               // (m, 27)
     const T* command;              // (m), N: static tension of the winch
     const T* length;               // (m), m, between winch and platform
     const T* rate;                 // (m), m/s, rate of the length
@@ -78,7 +78,7 @@ template <class T> inline int chain_tensions(ChainTensions<T>& cables) {
 
 // Time derivatives of winches with elastic cables.
 template <class T> struct ChainSlopes {
-    const T* chains;   // (m, 19)
+    const T* chains;   // (m, 27)
     const T* command;  // (m), N
     const T* tension;  // (m), N
     WinchStates<T> states;
@@ -93,9 +93,9 @@ template <class T> inline int chain_slopes(ChainSlopes<T>& cables) {
         if (!row.stretches()) continue;
         const T speed = states.speed(i), command = cables.command[i], tension = cables.tension[i];
         const T *numbers = row.winch(), *own = states.own(i, true);
-        slopes.unwound(i) = -row.per_turn() * speed;
-        slopes.speed(i) = drum_acceleration(row.winch_kind(), numbers, own, command, tension, speed);
         const WinchMotion<T> motion = {numbers, own, command, tension, states.unwound(i), speed};
+        slopes.unwound(i) = -row.per_turn() * speed;
+        slopes.speed(i) = drum_acceleration(row.winch_kind(), motion);
         own_slopes(row.winch_kind(), motion, slopes.own(i, true), states.own_count(i, true));
     }
     return 0;
@@ -103,7 +103,7 @@ template <class T> inline int chain_slopes(ChainSlopes<T>& cables) {
 
 // Start of winches with elastic cables: each tension is its command, with constant stretch.
 template <class T> struct ChainStart {
-    const T* chains;   // (m, 19)
+    const T* chains;   // (m, 27)
     const T* command;  // (m), N
     const T* length;   // (m), m
     const T* rate;     // (m), m/s

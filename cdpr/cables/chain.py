@@ -12,8 +12,9 @@ of the winch's coordinate, the unwound length changes by the first of the winch'
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
 
 from cdpr.base.errors import CdprError
 from cdpr.base.fields import NonNegative, Positive, Section
@@ -21,7 +22,7 @@ from cdpr.base.needs import Needs
 from cdpr.base.units import known_unit
 from cdpr.model import Cable
 
-MOST = 8  # maximum numbers of a part
+MOST = 12  # maximum numbers of a part, as in chain.hpp
 COORDINATE = 2  # states of a winch that turns: unwound length, and speed of its coordinate
 MOST_STATES = 16  # maximum states of a winch, as in winch_tension.hpp
 
@@ -32,7 +33,7 @@ TAKEN = {
         *("name", "frame", "platform", "tension", "tension_min", "tension_max", "length", "length_min", "length_max"),
         *("speed_max", "winch", "exit", "model", "own"),
     ),
-    "winch": ("build", "own"),
+    "winch": ("build", "own", "type"),
 }
 
 
@@ -85,8 +86,8 @@ class Number:
         """Unit as in FMUs."""
         return self.exact or self.unit.replace(" ", ".").replace("^", "")
 
-    def of(self, cable: Cable) -> float:
-        """Return the value for a cable.
+    def of(self, cable: Cable, without: float | None = None) -> float:
+        """Return the value for a cable; `without` if it has none and there is no default.
 
         Raises:
             CdprError: if the cable has none.
@@ -96,6 +97,8 @@ class Number:
         if value is None:
             value = None if holder is None else self.default
         if value is None or math.isnan(value):
+            if without is not None:
+                return without
             lacking = self.owner if holder is None else self.key
             raise CdprError(f"cable '{cable.name}' has no {lacking}, which its cable model needs")
         return float(value)
@@ -114,6 +117,7 @@ class Part:
         header: header of its kernel, included by `cdpr/cables/parts.hpp`; "" if it needs none.
         numbers: numbers of a cable that its kernel uses, at most MOST, in order.
         needs: support that it needs; None, which every use of a scenario rejects, if nobody has thought of it.
+        without: values of numbers that a cable need not have, by name.
 
     Raises:
         CdprError: if it has more numbers than its row holds, or one with a reserved name.
@@ -122,6 +126,7 @@ class Part:
     header: str = ""
     numbers: tuple[Number, ...] = ()
     needs: Needs | None = None
+    without: Mapping[str, float] = field(default_factory=dict, hash=False)
 
     def __post_init__(self) -> None:
         """Raise CdprError for numbers that its row or robot files do not support."""
@@ -134,6 +139,19 @@ class Part:
                 )
         if len(self.numbers) > MOST:
             raise CdprError(f"a part of a cable takes {MOST} numbers at most, not {len(self.numbers)}")
+
+    @property
+    def required(self) -> tuple[Number, ...]:
+        """Numbers that each cable must have, or that have a default."""
+        return tuple(number for number in self.numbers if number.name not in self.without)
+
+    def values(self, cable: Cable) -> list[float]:
+        """Return its numbers for a cable, in order.
+
+        Raises:
+            CdprError: if the cable lacks one.
+        """
+        return [number.of(cable, self.without.get(number.name)) for number in self.numbers]
 
 
 @dataclass(frozen=True)
@@ -153,6 +171,8 @@ class Winch(Part):
     them, and is omitted for winches without the numbers `drum_radius` and `inertia` (`cdpr.mechanics.stability`).
 
     Attributes:
+        command: quantity that it takes as its command: a tension, N, the unwound length, m, or its rate, m/s. A length
+            or a rate requires a span that stretches.
         immediate: True if its tension always equals the command.
         states: number of its states, at most MOST_STATES: 0, or COORDINATE and the number of its own.
 
@@ -160,6 +180,7 @@ class Winch(Part):
         CdprError: for another number of states, or an immediate winch with states.
     """
 
+    command: Literal["tension", "length", "rate"] = "tension"
     immediate: bool = False
     states: int = 0
 

@@ -8,13 +8,16 @@
 #include <cdpr/cables/direct/direct.hpp>
 #include <cdpr/cables/drum/drum.hpp>
 #include <cdpr/cables/elastic/elastic.hpp>
+#include <cdpr/cables/position.hpp>
 #include <cdpr/cables/pulley/pulley.hpp>
+#include <cdpr/cables/servo.hpp>
+#include <cdpr/cables/velocity.hpp>
 #include <cdpr/cables/winch_tension.hpp>
 
 namespace cdpr::CDPR_TARGET {
 
 enum ExitKind { POINT, PULLEY };
-enum WinchKind { DIRECT, DRUM };
+enum WinchKind { DIRECT, DRUM, POSITION, POSITION_SERVO, VELOCITY, VELOCITY_SERVO };
 enum SpanKind { INEXTENSIBLE, ELASTIC };
 
 template <class T> CDPR_INLINE bool is(T kind, int expected) { return first(kind) == expected; }
@@ -53,23 +56,54 @@ template <class T> CDPR_INLINE WinchTension<T> held(T kind, const T* numbers, [[
     return {NOT_A_NUMBER, NOT_A_NUMBER};
 }
 
+// Quantity that a winch takes as its command.
+enum CommandKind { TENSION_COMMAND, LENGTH_COMMAND, RATE_COMMAND };
+
+template <class T> CDPR_INLINE CommandKind command_of(T kind) {
+    if (is(kind, POSITION) || is(kind, POSITION_SERVO)) return LENGTH_COMMAND;
+    if (is(kind, VELOCITY) || is(kind, VELOCITY_SERVO)) return RATE_COMMAND;
+    return TENSION_COMMAND;
+}
+
+// Write unwound length, m, and speed of a winch that the command defines at once; others keep theirs.
+template <class T> CDPR_INLINE void prescribe(T kind, WinchMotion<T> motion, T& unwound, T& speed) {
+    if (is(kind, POSITION)) Position::prescribe(motion, unwound, speed);
+    if (is(kind, VELOCITY)) Velocity::prescribe(motion, unwound, speed);
+}
+
+// Return the speed of the drum, rad/s, that the position loop of a servo wants.
+template <class T> CDPR_INLINE T wanted_speed(T kind, WinchMotion<T> motion) {
+    return is(kind, POSITION_SERVO) ? PositionServo::wanted(motion) : VelocityServo::wanted(motion);
+}
+
+template <class T> CDPR_INLINE bool is_servo(T kind) { return is(kind, POSITION_SERVO) || is(kind, VELOCITY_SERVO); }
+
 // Return the acceleration of the winch's coordinate.
-template <class T> CDPR_INLINE T drum_acceleration(T kind, const T* numbers, [[maybe_unused]] const T* own, T command,
-                                                   T tension, T speed) {
+template <class T> CDPR_INLINE T drum_acceleration(T kind, WinchMotion<T> motion) {
+    const T *numbers = motion.numbers, command = motion.command, tension = motion.tension, speed = motion.speed;
     if (is(kind, DIRECT)) return Direct::drum_acceleration(numbers, command, tension, speed);
     if (is(kind, DRUM)) return Drum::drum_acceleration(numbers, command, tension, speed);
+    if (is(kind, POSITION) || is(kind, VELOCITY)) return 0.0;
+    if (is_servo(kind)) return Servo::acceleration(motion, wanted_speed(kind, motion));
     return NOT_A_NUMBER;
 }
 
-// Write the `count` own state numbers of a winch at its start. None of ours has any.
-template <class T>
-CDPR_INLINE void own_start([[maybe_unused]] T kind, [[maybe_unused]] WinchMotion<T> motion, T* own, int64_t count) {
+// Return the torque of the motor about the drum's axis, N m; NaN for a winch without one.
+template <class T> CDPR_INLINE T motor_torque(T kind, WinchMotion<T> motion) {
+    if (is(kind, DRUM)) return motion.numbers[Drum::RADIUS] * motion.command;
+    if (is_servo(kind)) return Servo::torque(motion, wanted_speed(kind, motion));
+    return NOT_A_NUMBER;
+}
+
+// Write the `count` own state numbers of a winch at its start.
+template <class T> CDPR_INLINE void own_start(T kind, WinchMotion<T> motion, T* own, int64_t count) {
+    if (is_servo(kind)) return Servo::own_start(motion, own);
     for (int64_t j = 0; j < count; j++) own[j] = NOT_A_NUMBER;
 }
 
 // Write their time derivatives.
-template <class T>
-CDPR_INLINE void own_slopes([[maybe_unused]] T kind, [[maybe_unused]] WinchMotion<T> motion, T* slope, int64_t count) {
+template <class T> CDPR_INLINE void own_slopes(T kind, WinchMotion<T> motion, T* slope, int64_t count) {
+    if (is_servo(kind)) return Servo::own_slopes(motion, wanted_speed(kind, motion), slope);
     for (int64_t j = 0; j < count; j++) slope[j] = NOT_A_NUMBER;
 }
 

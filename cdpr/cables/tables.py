@@ -13,14 +13,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cdpr.base.errors import CdprError
-from cdpr.cables import EXITS, MODELS, chain_of
+from cdpr.cables import EXITS, MODELS, WINCH_TYPES, chain_of
 from cdpr.cables.chain import MOST, Part, Span, Winch
 from cdpr.model import Cable, Robot
 from cdpr.model.robot import Array, CableExit, frozen_array
 from cdpr.native.arrays import real
 from cdpr.native.bind import bind
 
-WINCHES: tuple[Winch, ...] = tuple(dict.fromkeys(chain.winch for chain in MODELS.values()))
+WINCHES: tuple[Winch, ...] = tuple(
+    dict.fromkeys(
+        (*(chain.winch for chain in MODELS.values()), *(part for pair in WINCH_TYPES.values() for part in pair))
+    )
+)
 SPANS: tuple[Span, ...] = tuple(dict.fromkeys(chain.span for chain in MODELS.values()))
 
 
@@ -66,7 +70,7 @@ def chain_table(robot: Robot) -> Array:
         robot: the robot.
 
     Returns:
-        (m, 19), read-only, SI units.
+        (m, 27), read-only, SI units.
 
     Raises:
         CdprError: if a cable lacks a number that its model requires.
@@ -74,7 +78,7 @@ def chain_table(robot: Robot) -> Array:
     Example:
         >>> import cdpr
         >>> chain_table(cdpr.load_robot("caroca_winches")).shape
-        (8, 19)
+        (8, 27)
     """
     lowest = 0.0 if robot.unilateral else -math.inf
     rows = []
@@ -148,4 +152,4 @@ def _kind(table: tuple[object, ...], part: object) -> int:
 
 
 def _numbers(part: Part, cable: Cable) -> list[float]:
-    return [*(number.of(cable) for number in part.numbers), *[0.0] * (MOST - len(part.numbers))]
+    return [*part.values(cable), *[0.0] * (MOST - len(part.numbers))]

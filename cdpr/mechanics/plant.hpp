@@ -24,13 +24,13 @@ template <class T> struct CableRun {
 };
 
 template <class T> struct Plant {
-    const T* chains;       // (m, 19), chain.hpp
+    const T* chains;       // (m, 27), chain.hpp
     const T* lines;        // (m, w), w >= 6, geometry.hpp, B_i in the body frame
     const T* offset;       // (7), from the platform's origin to the body's, m, body axes, and the attitude between them
     const T* inertial;     // (13), as of Inertial, body frame
     const T* free;         // (6), 1 for each free row of a twist, 0 for directions blocked by a guide
     const T* gravity;      // (3), m/s^2
-    const T* command;      // (m), N
+    const T* command;      // (m), of each winch: N, m or m/s
     const T* external;     // (6), wrench at the platform's origin, N and N m
     T* body;               // (13), state of the body
     T* winch;              // (s), state numbers of the winches, WinchStates; NaN before the start
@@ -53,7 +53,7 @@ template <class T> struct Plant {
     int64_t w;
     int64_t s;
     static constexpr char fields[] =
-        "chains(m, 19), lines(m, w >= 6), offset(7), inertial(13), free(6), gravity(3), command(m), external(6), "
+        "chains(m, 27), lines(m, w >= 6), offset(7), inertial(13), free(6), gravity(3), command(m), external(6), "
         "both body(13), both winch(s), both tension(m), both highest(m), both length(m), both cable_work(1), "
         "both beside(6), both place(7), applied(6), rate(m), matrix(6, m), work runs(m, 8), work light(m), "
         "work mass(m), work pulls(m), kinds(m, 3), places(m + 1), m, w, s";

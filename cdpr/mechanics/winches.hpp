@@ -5,15 +5,27 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// Write unwound lengths and speeds for commanded tensions and constant stretch.
+// Write unwound lengths and speeds for constant stretch, and commanded tensions or lengths. The first command of a
+// winch that takes rates is its length.
 template <class T> inline void start_stretching_cable(Plant<T>& plant, Truth<T> fresh, int64_t i) {
     const ChainRow<T> row = plant.chain(i);
     const T kind = row.span_kind(), command = plant.command[i];
-    const T unwound =
-        bends(kind) ? bent_rest(kind, plant.bent_span(i), command) : rest(kind, row.span(), plant.length[i], command);
+    T unwound = command;
+    if (command_of(row.winch_kind()) == TENSION_COMMAND)
+        unwound = bends(kind) ? bent_rest(kind, plant.bent_span(i), command)
+                              : rest(kind, row.span(), plant.length[i], command);
     const T speed = -plant.rate[i] / row.per_turn();
     plant.unwound(i) = select(fresh, unwound, plant.unwound(i));
     plant.speed(i) = select(fresh, speed, plant.speed(i));
+}
+
+// Return the tension of cable i at its start, N.
+template <class T> inline T start_tension(const Plant<T>& plant, int64_t i) {
+    const ChainRow<T> row = plant.chain(i);
+    const T kind = row.span_kind();
+    if (command_of(row.winch_kind()) == TENSION_COMMAND) return plant.command[i];
+    if (bends(kind)) return bent_pull(kind, plant.bent_span(i), plant.unwound(i), T(0.0), row.lowest()).tension;
+    return pull(kind, row.span(), plant.length[i], plant.unwound(i), T(0.0), row.lowest());
 }
 
 // Write the states of the winches at their start.
@@ -22,7 +34,7 @@ template <class T> inline void start_winches(Plant<T>& plant, Truth<T> fresh) {
         if (plant.stretches(i)) start_stretching_cable(plant, fresh, i);
         const int64_t count = plant.own_count(i);
         T start[MOST_STATES], *own = plant.own(i);
-        own_start(plant.chain(i).winch_kind(), plant.motion(i, plant.command[i]), start, count);
+        own_start(plant.chain(i).winch_kind(), plant.motion(i, start_tension(plant, i)), start, count);
         for (int64_t j = 0; j < count; j++) own[j] = select(fresh, start[j], own[j]);
     }
 }
@@ -44,6 +56,18 @@ template <class T> inline void bend(Plant<T>& plant) {
     }
     store(force, plant.beside);
     store(moment, plant.beside + 3);
+}
+
+// Write unwound lengths and speeds of winches whose commands define them; not at their start, `fresh`.
+template <class T> inline void prescribe_winches(Plant<T>& plant, Truth<T> fresh) {
+    for (int64_t i = 0; i < plant.m; i++) {
+        const T kind = plant.chain(i).winch_kind();
+        if (!plant.stretches(i) || command_of(kind) == TENSION_COMMAND) continue;
+        T unwound = plant.unwound(i), speed = plant.speed(i);
+        prescribe(kind, plant.motion(i, T(0.0)), unwound, speed);
+        plant.unwound(i) = select(fresh, plant.unwound(i), unwound);
+        plant.speed(i) = select(fresh, plant.speed(i), speed);
+    }
 }
 
 // Write tensions without the drums' inertia, and that inertia along the cables; return whether there is any.
@@ -74,6 +98,7 @@ inline void write_tensions(Plant<T>& plant, PlatformDynamics<T>& dynamics, const
     if (plant.s > 0) {
         const Truth<T> fresh = plant.winch[0] != plant.winch[0];
         if (any(fresh)) start_winches(plant, fresh);
+        prescribe_winches(plant, fresh);
     }
     if (write_light_tensions(plant, anchors)) share_inertia(plant, dynamics);
     apply(plant);
@@ -128,14 +153,32 @@ template <class T, class Anchors> inline void settle(Plant<T>& plant, PlatformDy
 
 // Return the acceleration of winch i under the tension of its cable.
 template <class T> CDPR_INLINE T winch_acceleration(const Plant<T>& plant, int64_t i) {
-    const ChainRow<T> row = plant.chain(i);
-    return drum_acceleration(row.winch_kind(), row.winch(), plant.own(i), plant.command[i], plant.tension[i],
-                             plant.speed(i));
+    return drum_acceleration(plant.chain(i).winch_kind(), plant.motion(i, plant.tension[i]));
 }
 
 // Write the time derivatives of the own states of winch i under the tension of its cable.
 template <class T> CDPR_INLINE void write_own_slopes(const Plant<T>& plant, int64_t i, T* slope) {
     own_slopes(plant.chain(i).winch_kind(), plant.motion(i, plant.tension[i]), slope, plant.own_count(i));
+}
+
+// Unwound lengths, speeds and torques of winches at the last settled `body`.
+struct WinchReading {
+    Plant<double> plant;
+    double* unwound;    // (m), m; NaN before the start
+    double* unwinding;  // (m), m/s
+    double* torque;     // (m), N m, of the motor about the drum's axis; NaN for a winch without one
+    static constexpr auto fields = extended(Plant<double>::fields, "unwound(m), unwinding(m), torque(m)");
+};
+
+inline int read_winches(WinchReading& p) {
+    const Plant<double>& plant = p.plant;
+    for (int64_t i = 0; i < plant.m; i++) {
+        const WinchMotion<double> motion = plant.motion(i, plant.tension[i]);
+        p.unwound[i] = motion.unwound;
+        p.unwinding[i] = -plant.chain(i).per_turn() * motion.speed;
+        p.torque[i] = motor_torque(plant.chain(i).winch_kind(), motion);
+    }
+    return 0;
 }
 
 // Tensions, work and applied wrench at `body`.

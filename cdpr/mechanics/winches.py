@@ -117,6 +117,10 @@ class Winches:
             bind("copy", source=self.work, target=work),
         ]
 
+    def reading(self, unwound: Array, unwinding: Array, torque: Array) -> list[Callable[[], object]]:
+        """Return operations that write the state of the winches at the last evaluation, see `Backend.winch_readings`."""
+        return [bind("read_winches", **self.given, unwound=unwound, unwinding=unwinding, torque=torque)]
+
     @property
     def arrays(self) -> tuple[Array, ...]:
         """All arrays that determine the future, besides the arrays of the backend."""

@@ -15,6 +15,7 @@ from cdpr.base.problems import shown
 from cdpr.model.frozen import Array, Frozen, FrozenDict, given_array, given_by_key, given_name, given_number
 
 COMMANDED = "ideal"  # default cable model, whose tensions equal the commands
+TORQUE = "torque"  # default type of winches
 
 
 class CableExit(Protocol):
@@ -48,6 +49,7 @@ class Winch(Frozen):
     viscous_friction: float = 0.0  # N m s
     coulomb_friction: float = 0.0  # N m
     coulomb_speed: float = 0.1  # rad/s, speed at which Coulomb friction reaches 76 % (tanh 1) of its value
+    type: str = TORQUE  # quantity that it controls, of `cdpr.cables.WINCH_TYPES`
     own: Mapping[str, float] = field(default_factory=dict)  # additional numbers of its kind of winch, SI units, by key
 
     def __post_init__(self) -> None:
@@ -56,6 +58,9 @@ class Winch(Frozen):
             value = getattr(self, name)
             unknown = name in ("drum_radius", "inertia") and isinstance(value, float) and math.isnan(value)
             values[name] = float(value) if unknown else given_number(value, f"Winch({name}=)", least=0.0)
+        kind = given_name(self.type, "Winch(type=)")
+        if kind != TORQUE and kind not in (known := late("names_of_winch_types")()):
+            raise CdprError(f"Winch(type=): expected one of {', '.join(known)}, got {shown(kind)}")
         vars(self).update(values, own=_own(self.own, "winch", "Winch(own=)"))
 
 

@@ -88,7 +88,8 @@ class Backend(ABC):
         options: instance of the plugin's options model; None if it has none.
 
     Attributes:
-        command: (m,), tension of each cable, N.
+        command: (m,), command of each cable: a tension, N, or what its winch takes (`cdpr.cables.commands_of`): the
+            unwound length, m, or its rate, m/s. The first command of the latter after `reset` is its unwound length.
         external: (6,), additional wrench on the platform at its origin, world axes: force, N, then moment, N m.
         state: (13,), state of the platform in the layout of `cdpr.model`; current after `reset` and after `step`.
         highest: (m,), largest magnitude of each tension since `reset`, N; with ideal cables the command itself.
@@ -255,6 +256,22 @@ class Backend(ABC):
             Both lists of operations; None if there are none.
         """
         return None
+
+    def winch_readings(self, unwound: Array, unwinding: Array, torque: Array) -> Operations:
+        """Return the operations that write the state of the winches; for backends with the property `winches`.
+
+        Args:
+            unwound: (m,), unwound unstretched length, m; NaN before the first command.
+            unwinding: (m,), its rate, m/s.
+            torque: (m,), torque of the motor about the drum's axis, N m; NaN for a winch without one.
+
+        Returns:
+            The operations, as in `operations`.
+
+        Raises:
+            PluginError: if the backend does not implement it.
+        """
+        raise PluginError(f"{type(self).__name__} does not support winches with a length or rate as their command")
 
     def engine_time(self) -> float | None:
         """Return the time since `reset` by the engine's own clock, s, or None if it has none.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, NamedTuple
 
 from cdpr.base.errors import PluginError
@@ -12,20 +12,31 @@ from cdpr.model.robot import Array
 from cdpr.native.own import Own
 from cdpr.plugins.inputs import ControllerInputs
 
-# Stages of outputs: a wrench is distributed, commands go to the cables.
-Output = Literal["wrench", "command"]
+# Stages of outputs: a wrench is distributed; tensions go to the cables, by a map to winches that take lengths or rates;
+# "winch": each command is the quantity that its winch takes.
+Output = Literal["wrench", "command", "winch"]
 
-# Values of `PluginInfo.properties["output"]`, "wrench" by default, and the stage of each; None for those that no winch
-# accepts.
-OUTPUTS: Mapping[str, Output | None] = {
-    "wrench": "wrench",
-    "command": "command",
-    "tension": "command",
-    "length": None,
-    "rate": None,
-}
+# Values of `PluginInfo.properties["output"]`, "wrench" by default.
+OUTPUTS = ("wrench", "command", "tension", "length", "rate")
+COMMANDS = OUTPUTS[1:]  # a value for each cable
 
-COMMANDS = [output for output, stage in OUTPUTS.items() if stage == "command"]  # a value for each cable
+
+def stage_of_output(output: str, commands: Sequence[str]) -> Output | None:
+    """Return the stage of an output.
+
+    Args:
+        output: one of `OUTPUTS`.
+        commands: quantity that each winch takes, see `cdpr.cables.commands_of`.
+
+    Returns:
+        The stage; None if some winch does not take the output.
+    """
+    if output == "wrench":
+        return "wrench"
+    native = any(each != "tension" for each in commands)
+    if output == "tension" or (output == "command" and not native):
+        return "command"
+    return "winch" if output == "command" or set(commands) == {output} else None
 
 
 class Tunable(NamedTuple):
@@ -45,11 +56,15 @@ class Tunable(NamedTuple):
 class Controller(ABC):
     """Controller that computes the wrench of the cables on the platform, or the command of each cable.
 
-    Its `PluginInfo` declares the output as `properties={"output": "wrench"}` or `{"output": "command"}`. The tension
-    stage distributes a wrench among the cables. Commands go directly to the cables, clipped to their limits, without a
-    solver. The output "tension" means the same: the command of a cable is a tension. "length" and "rate" are reserved,
-    and rejected as long as no winch accepts them. If the output depends on its options, the controller has an attribute
-    `output`.
+    Its `PluginInfo` declares the output, such as `properties={"output": "wrench"}`. The tension stage distributes a
+    wrench among the cables. Other outputs have a value for each cable and need no solver:
+
+    - "tension": tensions, N, clipped to their limits. A winch that takes a length or a rate receives those that produce
+      the tension.
+    - "length", "rate": unwound lengths, m, or their rates, m/s; all winches must take them.
+    - "command": the quantity that the winch of the cable takes (`cdpr.cables.commands_of`).
+
+    If the output depends on its options, the controller has an attribute `output`.
 
     Attributes:
         output: its output; None if the `PluginInfo` declares it.
@@ -92,7 +107,7 @@ class Controller(ABC):
             state: (13,), layout of `cdpr.model`, read-only.
             desired: (19,), desired state and accelerations, likewise.
             out: written; its initial content is undefined. With output "wrench", (6,): force, N, and moment about the
-                platform's origin, N m, world axes. With "command", (m,): the command of each cable, N.
+                platform's origin, N m, world axes. With others, (m,): a value for each cable, in N, m or m/s.
         """
 
     def compiled(self, state: Array, desired: Array, out: Array) -> Callable[[], object] | None:

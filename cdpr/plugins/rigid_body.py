@@ -230,6 +230,12 @@ class RigidBodyBackend(Backend):
         """Return the operations that evaluate the winches; None if cables are ideal."""
         return None if self.winches is None else self.winches.readings(tension, work)
 
+    def winch_readings(self, unwound: Array, unwinding: Array, torque: Array) -> Operations:
+        """Return the operation that writes the state of the winches."""
+        if self.winches is None:
+            return super().winch_readings(unwound, unwinding, torque)
+        return self.winches.reading(unwound, unwinding, torque)
+
     def cable_work(self) -> float:
         """Return the work of the cables on the platform, J."""
         if self.winches is None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Any, get_args
 
@@ -12,8 +12,7 @@ from cdpr.base.fields import Kind, Section
 from cdpr.base.kinds import Kinds
 from cdpr.base.needs import MEANINGS, UNCONCERNED, UNDECLARED, Needs
 from cdpr.base.problems import Path
-from cdpr.cables import MODELS
-from cdpr.cables.chain import Chain
+from cdpr.cables import MODELS, WINCH_TYPES
 from cdpr.scenario.content import Content
 
 
@@ -51,9 +50,12 @@ def in_use(scenario: Content) -> Iterator[tuple[Path, Needs, Any]]:
     robot = scenario.sections.robot
     for i, cable in enumerate(robot.cables):
         path: Path = ("robot", "cable", "model") if cable.model is None else ("robot", "cables", i, "model")
-        model = cable.model or robot.cable.model
-        for needs in _of_chain(MODELS[model]):
-            yield path, needs, model
+        model, chain = cable.model or robot.cable.model, robot.chain_of(cable)
+        for part in (chain.winch, chain.span):
+            of_type = part is not MODELS[model].winch and part is chain.winch
+            owner: Path = ("robot", "winch") if cable.winch is None else ("robot", "cables", i, "winch")
+            where = (*owner, "type") if of_type else path
+            yield where, part.needs or UNDECLARED, model
 
 
 def _walk(section: Section, path: Path) -> Iterator[tuple[Path, Needs, Any]]:
@@ -101,10 +103,6 @@ def declared_needs(model: type[Section], name: str) -> Needs | None:
     return declared if isinstance(declared, Needs) else (declared or {}).get(name)
 
 
-def _of_chain(chain: Chain) -> Sequence[Needs]:
-    return [part.needs or UNDECLARED for part in (chain.winch, chain.span)]
-
-
 def declarations(model: type[Section], path: str = "") -> Iterator[tuple[str, Needs | None]]:
     """Yield the dotted key and the needs of each key of a section; None if neither it nor its sections declare any."""
     whole = needs_of(model)
@@ -126,6 +124,9 @@ def part_declarations() -> Iterator[tuple[str, Needs | None]]:
     for name, chain in MODELS.items():
         for part in (chain.winch, chain.span):
             yield f"robot.cable.model: {name} {type(part).__name__.lower()}", part.needs
+    for name, (simple, driven) in WINCH_TYPES.items():
+        yield f"robot.winch.type: {name}", simple.needs
+        yield f"robot.winch.type: {name} with inertia", driven.needs
 
 
 def parts_of(info: FieldInfo) -> Iterator[type[Section]]:

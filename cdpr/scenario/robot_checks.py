@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ import numpy as np
 from cdpr.base import tolerances
 from cdpr.base.files import UnreadableError
 from cdpr.base.problems import Path, shown
-from cdpr.cables import MODELS
+from cdpr.cables import MODELS, TORQUE, WINCH_TYPES, composed
 from cdpr.config.problems import exact
 from cdpr.model.rotations import held_upright, multiply
 from cdpr.scenario.appearance import AT_ORIGIN, FrameSection, ShapeSection
@@ -33,17 +34,27 @@ from cdpr.scenario.robot_schema import (
 EXAMPLES = {"winch": "{drum_radius: 0.05, inertia: 0.01}"}  # m, kg m^2; examples of required sections
 
 
-def _needs(*models: str) -> dict[str, str]:
-    """Return the required values of these cable models (default: all), with descriptions."""
+Kind = tuple[str, str, bool]  # arguments of `cdpr.cables.composed`
+
+
+def _needs(*kinds: Kind) -> dict[str, str]:
+    """Return the required values of these cables (default: all), with descriptions."""
     needed = {}
-    for number in (number for model in models or MODELS for number in MODELS[model].numbers):
-        reported = False
-        if number.owner == "winch":
-            needed["winch"] = "the winch"
-            reported = WinchSection.model_fields[number.key].is_required()  # reported by that section
-        if number.default is None and not reported:
-            needed[number.name] = f"the {number.text.partition(',')[0]}{number.unit and f' ({number.unit})'}"
+    every = product(MODELS, WINCH_TYPES, (False, True))
+    for chain in (composed(*kind) for kind in kinds or every):
+        for number in (*chain.winch.required, *chain.span.numbers):
+            reported = False
+            if number.owner == "winch":
+                needed["winch"] = "the winch"
+                reported = WinchSection.model_fields[number.key].is_required()  # reported by that section
+            if number.default is None and not reported:
+                needed[number.name] = f"the {number.text.partition(',')[0]}{number.unit and f' ({number.unit})'}"
     return needed
+
+
+def _title(kind: Kind) -> str:
+    model, winch, _ = kind
+    return f"cable.model {model}" if winch == TORQUE else f"cable.model {model} with winch.type {winch}"
 
 
 class RobotChecks(Checks):
@@ -106,18 +117,37 @@ class RobotChecks(Checks):
             lacking: dict[str, list[int]] = {}
             for i, cable in enumerate(given):
                 if isinstance(cable, dict) and self._lacks(cable, *shared):
-                    model = str(cable.get("model") or common.model)
-                    if model in MODELS and need in _needs(model):
-                        lacking.setdefault(model, []).append(i)
+                    kind = self._kind(cable, common)
+                    if kind is not None and need in _needs(kind):
+                        lacking.setdefault(_title(kind), []).append(i)
             for model, places in lacking.items():
                 names = [str(given[i].get("name") or f"cable_{i + 1}") for i in places]
                 listed = ", ".join([*names[:5], *(["..."] if len(names) > 5 else [])])
                 such = f", such as {need}: {EXAMPLES[need]}" if need in EXAMPLES else ""
                 text = (
-                    f"cable.model {model} needs {words} of each cable: "
+                    f"{model} needs {words} of each cable: "
                     f"give {need} for all{such}, or {name} of cable {listed}"
                 )
                 self.problems.add(self.document.key_mark((*self.root, "cable")), self.root, text)
+
+        for i, cable in enumerate(given):
+            kind = self._kind(cable, common) if isinstance(cable, dict) else None
+            if kind is not None and kind[1] != TORQUE and not composed(*kind).stretches:
+                own = isinstance(cable.get("winch"), dict)
+                self.add_problem(
+                    (*self.root, *(("cables", i, "winch", "type") if own else ("winch", "type"))),
+                    f"{kind[1]} needs a cable that stretches, got cable.model {kind[0]}: its length would be held "
+                    "exactly, whatever the tension; set cable.model: elastic and cable.axial_stiffness",
+                )
+                return
+
+    def _kind(self, cable: dict[str, Any], common: CablesSection) -> Kind | None:
+        """Return the cable model and the type of winch of a cable; None if one is not known."""
+        model = str(cable.get("model") or common.model)
+        winch = cable.get("winch") or self.document.get((*self.root, "winch"))
+        own = winch if isinstance(winch, dict) else {}
+        kind = str(own.get("type") or TORQUE)
+        return (model, kind, own.get("inertia") is not None) if model in MODELS and kind in WINCH_TYPES else None
 
     def _lacks(self, cable: dict[str, Any], owner: str, key: str = "") -> bool:
         """Return True if a cable has this value or section neither itself nor from the common section."""

@@ -22,7 +22,18 @@ from cdpr.base.fields import (
     unit,
 )
 from cdpr.base.needs import EVERYWHERE, Needs, declared, of_run
-from cdpr.cables import ACTUATED, COMMANDED, MODELS, NUMBERS, AnyExit, keys_of_numbers
+from cdpr.cables import (
+    ACTUATED,
+    COMMANDED,
+    MODELS,
+    NUMBERS,
+    TORQUE,
+    WINCH_TYPES,
+    AnyExit,
+    composed,
+    keys_of_numbers,
+)
+from cdpr.cables.chain import Chain
 from cdpr.model import Cable, Platform, Robot, Winch
 from cdpr.model.robot import Array, frozen_array
 from cdpr.scenario.appearance import AT_ORIGIN, FrameSection, ShapeSection
@@ -46,9 +57,10 @@ CHECKED = "_checked"  # attribute of robots known to be those of a valid file
 EXIT = "exit of the cable on the frame; default: a point, its anchor"
 
 if TYPE_CHECKING:
-    CableModel = str
+    CableModel = WinchType = str
 else:
     CableModel = Literal[tuple(MODELS)]
+    WinchType = Literal[tuple(WINCH_TYPES)]
 
 CABLE_KEYS = tuple(keys_of_numbers("cable"))
 
@@ -149,11 +161,14 @@ def _section_of(owner: str, *, shared: bool) -> type[Section]:
     Missing required numbers are reported later.
     """
     kinds = [{number.name for number in chain.winch.numbers} for chain in MODELS.values() if chain.winch.numbers]
+    others = [{number.name for number in part.required} for pair in WINCH_TYPES.values() for part in pair]
     fields: dict[str, Any] = {}
     for number in NUMBERS.values():
         if number.owner != owner:
             continue
-        optional = shared or (number.default is None and not all(number.name in names for names in kinds))
+        needed = all(number.name in names for names in (*kinds, *others))
+        usual = any(number.name in names for names in kinds)
+        optional = shared or not usual or (number.default is None and not needed)
         default = None if optional else ... if number.default is None else number.default
         kind = number.kind | None if optional else number.kind
         extra = unit(number.unit) if number.unit else None
@@ -173,7 +188,16 @@ else:
     CableNumbers, WinchNumbers = _section_of("cable", shared=True), _section_of("winch", shared=False)
 
 
-class WinchSection(WinchNumbers):
+class _Typed(Section):
+    type: WinchType = Field(
+        TORQUE,
+        description="command of the winch: a tension (torque), the unwound length (position), or its rate (velocity). "
+        "The last two require cables that stretch. Without `inertia` they follow their commands exactly; with it they "
+        "are servos",
+    )
+
+
+class WinchSection(WinchNumbers, _Typed):
     """Motor and drum that wind a cable."""
 
     needs: ClassVar[Needs] = EVERYWHERE  # the cable's model and its parts declare what they need
@@ -337,7 +361,7 @@ class RobotSection(Section):
         With actuators (`actuated`), all cables use the model of the exported FMU.
         """
         keys = []
-        chains = [MODELS[ACTUATED if actuated else cable.model or self.cable.model] for cable in self.cables]
+        chains = [MODELS[ACTUATED] if actuated else self.chain_of(cable) for cable in self.cables]
         if actuated and any(cable.model not in (None, ACTUATED) for cable in self.cables):
             keys.append("cables[*].model")
         if actuated and self.cable.model not in (COMMANDED, ACTUATED):
@@ -353,6 +377,12 @@ class RobotSection(Section):
             elif getattr(self.cable, name, None) is not None:
                 keys.append(f"cable.{name}")
         return keys
+
+    def chain_of(self, cable: CableSection) -> Chain:
+        """Return winch and span of a cable."""
+        winch: WinchSection | None = self._own(cable, "winch")
+        driven = winch is not None and getattr(winch, "inertia", None) is not None
+        return composed(cable.model or self.cable.model, TORQUE if winch is None else winch.type, driven)
 
     def _own(self, cable: CableSection, name: str) -> Any:
         """Return a cable's own value of a shared property, else the common one."""

@@ -17,13 +17,13 @@ import numpy as np
 from cdpr.base.columns import Column
 from cdpr.base.errors import CdprError, PluginError
 from cdpr.base.problems import Path, dotted
-from cdpr.cables import COMMANDED, with_model
+from cdpr.cables import COMMANDED, commands_of, with_model
 from cdpr.fmu.read.options import FmuFile
 from cdpr.link.options import PeerOptions
 from cdpr.mechanics.anchors import Anchors
 from cdpr.model import Robot
 from cdpr.plugins import Backend, Controller, Environment, TensionSolver
-from cdpr.plugins.controller import OUTPUTS, Output
+from cdpr.plugins.controller import OUTPUTS, Output, stage_of_output
 from cdpr.plugins.registry import Registered, Role
 from cdpr.scenario import Scenario
 from cdpr.scenario.needs import lacking, missing
@@ -174,7 +174,8 @@ class _Checks:
             controller = self._try(("controller",), lambda: self._controller(chosen["controller"]))
         if controller is not None:
             created = controller
-            output = self._try(("controller",), lambda: output_of(chosen["controller"], created))
+            commands = commands_of(scenario.robot)
+            output = self._try(("controller",), lambda: output_of(chosen["controller"], created, commands))
             self._try(("events",), lambda: check_known_mass(scenario.events, created, chosen["solver"], scenario))
         if trajectory is None or columns is None or solver is None or controller is None or output is None:
             return None
@@ -226,6 +227,8 @@ class _Checks:
     def _actuators(self, backend: Registered) -> None:
         from cdpr.simulation.actuators import check_actuators  # also enables the check for all modules that run FMUs
 
+        if set(commands_of(self._scenario.robot)) != {"tension"}:
+            raise CdprError("actuators: their commands are tensions: set robot.winch.type to torque, or remove them")
         check_actuators(self._scenario, backend)
 
     def _solver(self, entry: Registered, robot: Robot) -> TensionSolver:
@@ -247,20 +250,21 @@ _TYPES: dict[Role, Path] = {
 }
 
 
-def output_of(entry: Registered, controller: Controller) -> Output:
-    """Return the stage of a controller's output.
+def output_of(entry: Registered, controller: Controller, commands: Sequence[str]) -> Output:
+    """Return the stage of a controller's output for winches that take these `commands`.
 
     Raises:
-        PluginError: if the controller declares an unknown output, one that no winch accepts, or an invalid period.
+        PluginError: if the controller declares an unknown output, one that a winch does not take, or an invalid period.
     """
     name, declared = entry.info.name, controller.output or entry.info.properties.get("output", "wrench")
     if not isinstance(declared, str) or declared not in OUTPUTS:
         raise PluginError(f"controller '{name}' declares the output {declared!r}; known are {', '.join(OUTPUTS)}")
-    stage = OUTPUTS[declared]
+    stage = stage_of_output(declared, commands)
     if stage is None:
+        taken = " or ".join(f"a {each}" for each in dict.fromkeys(commands))
         raise PluginError(
-            f"controller '{name}' declares the output {declared!r}, which no winch accepts: the command of a cable is "
-            "a tension; choose a controller with output wrench or tension"
+            f"controller '{name}' outputs a {declared} for each cable, but the winches of this robot take {taken}: "
+            "choose a controller with output wrench or tension, or change robot.winch.type"
         )
     period_of(controller)
     return stage

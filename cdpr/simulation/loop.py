@@ -33,6 +33,7 @@ from cdpr.simulation.playback import Playback
 from cdpr.simulation.record import Record
 from cdpr.simulation.sample import Sample
 from cdpr.simulation.schedule import Schedule
+from cdpr.simulation.winding import Winding
 from cdpr.tension.command import CommandStage
 from cdpr.tension.operations import Operation, perform
 from cdpr.tension.stage import StageSolver, TensionStage
@@ -76,6 +77,7 @@ class Loop:
         self.sample = parts.trajectory.sampler(self.desired)
         locked = np.zeros(parts.robot.m, dtype=bool)
         self.calls = ControllerCalls(parts, present.cables, locked, present.view("time"))
+        self.winding = Winding(parts, present)
         self.stage = self.stage_of(parts.output)
         self.out = self.written(self.stage)
         loads = Loads(present.view("external"), parts.backend.external)
@@ -115,7 +117,8 @@ class Loop:
                 self._try_control()
             self.schedule.warm_up()
             if "backend" not in parts.live:
-                parts.backend.command[...] = self.tension
+                perform([*self.winding.before(), *self.winding.after(self.stage)])
+                parts.backend.command[...] = self.winding.command
                 parts.backend.read_tension(self.tension)
                 parts.backend.step(parts.substeps)
                 perform(self._looking)
@@ -156,6 +159,10 @@ class Loop:
         self.last = last
         self.pipeline.place = 0, 0, 0.0, 0
         self._first()
+        if self.winding.needs_start:
+            stage = self.stage_of("wrench")
+            assert isinstance(stage, TensionStage)
+            self.winding.hold(stage)
         self.pipeline.due = self.schedule.begin()
         self.row[0] = 0.0
         if self.pipeline.due == 0:
@@ -298,6 +305,8 @@ class Loop:
     def stage_of(self, output: Output) -> TensionStage | CommandStage:
         """Return the stage for the output of a controller; all stages share the cables."""
         parts = self.parts
+        if output == "winch":
+            return self.winding.stage()
         if output == "command":
             commanded = CommandStage(parts.controlled_robot, parts.policy, self.present.live, self.present.cables)
             self.calls.record(commanded)
@@ -316,7 +325,9 @@ class Loop:
 
     def through(self, stage: TensionStage | CommandStage) -> list[Operation]:
         """Return the operations that complete a sample from the input of the stage."""
-        return self.present.completing(self.schedule.through(stage), self.parts.events)
+        winding = self.winding
+        distributing = [*winding.before(), *self.schedule.through(stage), *winding.after(stage)]
+        return [*self.present.completing(distributing, self.parts.events), *winding.again(stage)]
 
     def _plan(self, before: Pipeline | None = None) -> None:
         """Make the pipeline of a step; it continues at the position of `before`."""
@@ -335,7 +346,7 @@ class Loop:
         self._moving = moving([backend], parts.substeps)
         reading_clock, checking_clock = clock_operations(backend)
         self.advancing = [
-            Operation("command", bind("copy", source=self.tension, target=backend.command)),
+            Operation("command", bind("copy", source=self.winding.command, target=backend.command)),
             *self._moving,
             *(each for part in parts.more for each in part.moved()),
             *reading_clock,

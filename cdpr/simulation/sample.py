@@ -169,7 +169,8 @@ class Sample:
         ):
             readings = backend.readings(tension, work)
         tensions, works = readings or ([partial(backend.read_tension, tension)], [read_work])
-        command: Do = bind("copy", source=self.live.tension, target=backend.command)
+        given = self.view("winch_command") if self.layout.has("drums") else self.live.tension
+        command: Do = bind("copy", source=given, target=backend.command)
         reading = [Operation("backend", do) for do in (command, *tensions)]
         reading.append(Operation("backend", bind("not_finite", values=tension), self._refuse_tension))
         return reading, [Operation("backend", do) for do in works]

@@ -2,6 +2,7 @@
 #include <cdpr/group.hpp>
 #include <cdpr_controllers/cable_length.hpp>
 #include <cdpr_controllers/computed_torque.hpp>
+#include <cdpr_controllers/inverse_kinematics.hpp>
 #include <cdpr_controllers/pid.hpp>
 #include <cdpr_controllers/static.hpp>
 
@@ -12,6 +13,7 @@ static constexpr cdpr_entry entries[] = {
     entry<TaskSpaceControl<double>, static_control<double>>("static"),
     entry<PidControl<double>, pid<double>>("pid"),
     entry<CableLengthControl, cable_length>("cable_length"),
+    entry<InverseKinematics, inverse_kinematics>("inverse_kinematics"),
 #ifndef CDPR_ALONE
     entry<TaskSpaceControl<Lanes>, computed_torque<Lanes>>("computed_torque_lanes"),
     entry<TaskSpaceControl<Lanes>, static_control<Lanes>>("static_lanes"),

@@ -1,6 +1,7 @@
 // Plants with winches: tensions, and the steps of their winches. SPDX-License-Identifier: Apache-2.0
 #include <cdpr/group.hpp>
 #include <cdpr/mechanics/winches.hpp>
+#include <cdpr/tension/winding.hpp>
 #include <cdpr_backends/reference_winches.hpp>
 
 namespace cdpr::CDPR_TARGET {
@@ -9,6 +10,9 @@ static constexpr cdpr_entry entries[] = {
     entry<Plant<double>, settle_winches<double>>("settle_winches"),
     entry<WinchStep<double>, step_winches<double>>("step_winches"),
     entry<WinchRungeKutta<double>, winch_runge_kutta<double>>("winch_runge_kutta"),
+    entry<WinchReading, read_winches>("read_winches"),
+    entry<Winding, wind>("wind_commands"),
+    entry<WinchCommand, take_winch_command>("take_winch_command"),
 #ifndef CDPR_ALONE
     entry<Plant<Lanes>, settle_winches<Lanes>>("settle_winches_lanes"),
     entry<WinchStep<Lanes>, step_winches<Lanes>>("step_winches_lanes"),

@@ -1,0 +1,73 @@
+"""Winches that hold the unwound length of a cable, or its rate: ideal drives and servos.
+
+An ideal drive follows its command L (m) or V (m/s) exactly: the unwound length is l0 = L, or l0' = V. A servo is a motor
+and a drum (`cdpr.cables.drum`) with cascaded loops, as in industrial drives. Positive when winding in, with w the speed
+of the drum and r its radius,
+
+    w_d = kp (l0 - L) / r   (position), or   w_d = -V / r   (velocity)
+    e = clip(w_d, w_max) - w
+    tau_d = clip(clip(kv e, I a_max) + z, tau_max),   z' = ki e
+    lag tau' = tau_d - tau
+    I w' = tau - f(w) - r T
+
+The integral z stops while the limit of the torque acts in its direction. Without a lag, tau = tau_d. With kp, kv and ki
+to infinity a servo becomes the ideal drive. At the start the integral holds the load.
+
+The command is constant over a control period, so that an ideal `position` drive moves in steps of that period.
+"""
+
+from __future__ import annotations
+
+import math
+
+from cdpr.base.fields import NonNegative, Positive
+from cdpr.base.needs import of_length_winch
+from cdpr.cables.chain import COORDINATE, Number, Winch
+from cdpr.cables.drum import NUMBERS as DRUM_NUMBERS
+from cdpr.cables.drum import RADIUS
+
+OWN_STATES = 2  # integral of the velocity loop, and torque
+
+# The numbers of a servo. Limits default to none.
+LOOPS = (
+    Number("winch.position_gain", Positive, "1/s", "gain of the position loop", 20.0),
+    Number("winch.velocity_gain", Positive, "N m s", "gain of the velocity loop, torque per drum speed"),
+    Number("winch.integral_gain", NonNegative, "N m", "integral gain of the velocity loop, torque per angle", 0.0),
+    Number("winch.speed_max", Positive, "rad/s", "highest speed of the drum that the servo demands", math.inf),
+    Number("winch.acceleration_max", Positive, "rad/s^2", "limit of the proportional part of the velocity loop", math.inf),
+    Number("winch.torque_max", Positive, "N m", "largest torque of the motor about the drum's axis", math.inf),
+    Number("winch.torque_lag", NonNegative, "s", "time constant of the torque, that of the current loop", 0.0),
+)
+SERVO = "cdpr/cables/servo.hpp"
+WITHOUT = {RADIUS.name: 1.0}  # m: without a drum the coordinate of an ideal drive is a length
+
+POSITION = Winch(
+    header="cdpr/cables/position.hpp",
+    numbers=(RADIUS,),
+    without=WITHOUT,
+    command="length",
+    states=COORDINATE,
+    needs=of_length_winch("position"),
+)
+VELOCITY = Winch(
+    header="cdpr/cables/velocity.hpp",
+    numbers=(RADIUS,),
+    without=WITHOUT,
+    command="rate",
+    states=COORDINATE,
+    needs=of_length_winch("velocity"),
+)
+POSITION_SERVO = Winch(
+    header=SERVO,
+    numbers=(*DRUM_NUMBERS, *LOOPS),
+    command="length",
+    states=COORDINATE + OWN_STATES,
+    needs=of_length_winch("position"),
+)
+VELOCITY_SERVO = Winch(
+    header=SERVO,
+    numbers=(*DRUM_NUMBERS, *LOOPS),
+    command="rate",
+    states=COORDINATE + OWN_STATES,
+    needs=of_length_winch("velocity"),
+)

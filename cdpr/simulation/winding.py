@@ -1,0 +1,86 @@
+"""Winches that take lengths or rates as their commands: conversion of tensions, and their columns."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cdpr.cables import commands_of, takes_lengths
+from cdpr.cables.tables import chain_table, line_table
+from cdpr.mechanics.dynamics import required_wrench
+from cdpr.native.bind import bind
+from cdpr.simulation.parts import Parts
+from cdpr.simulation.sample import Sample
+from cdpr.tension.command import CommandStage
+from cdpr.tension.operations import Operation
+from cdpr.tension.stage import TensionStage
+from cdpr.tension.winch_command import WinchStage
+
+Stage = TensionStage | CommandStage
+
+
+class Winding:
+    """Commands of the winches of a loop; none if all take tensions.
+
+    The map from a tension to an unwound length is that of the nominal robot at the state that the controller sees. A
+    rate is the one that reaches this length at the end of the control period.
+
+    Attributes:
+        command: (m,), commands of the winches, live: the tensions, if all winches take tensions.
+        start: (m,), N, tensions before the start of winches that take rates from the controller.
+    """
+
+    def __init__(self, parts: Parts, present: Sample) -> None:
+        self._parts, self._present = parts, present
+        self._active = takes_lengths(parts.robot)
+        self.start = np.zeros(parts.robot.m)
+        self._reading: list[Operation] = []
+        self.command = present.live.tension
+        if not self._active:
+            return
+        robot, view = parts.perceived_robot, present.view
+        self.command, unwound = view("winch_command"), view("unwound_length")
+        cables = {"chains": chain_table(robot), "lines": line_table(robot), "gravity": parts.backend.gravity}
+        cables |= {"state": present.seen, "sensed": present.seen_cables}
+        self._given = {**cables, "unwound": unwound, "command": self.command}
+        readings = parts.backend.winch_readings(unwound, view("unwound_rate"), view("motor_torque"))
+        self._reading = [Operation("backend", do) for do in readings]
+        wind = bind("wind_commands", **self._given, tension=present.live.tension, period=parts.control_step)
+        self._wind = Operation("distribution", wind)
+        self._rates = "rate" in commands_of(parts.robot)
+
+    def stage(self) -> WinchStage:
+        """Return the stage for commands of the winches."""
+        parts, present = self._parts, self._present
+        given = {**self._given, "start": self.start}
+        return WinchStage(parts.controlled_robot, parts.policy, present.live, present.cables, given)
+
+    def before(self) -> list[Operation]:
+        """Return the operations before a stage, which read the winches."""
+        return list(self._reading)
+
+    def after(self, stage: Stage) -> list[Operation]:
+        """Return the operations after a stage, which write the commands of the winches."""
+        return [self._wind] if self._active and not isinstance(stage, WinchStage) else []
+
+    def again(self, stage: Stage) -> list[Operation]:
+        """Return the operations after the plant has evaluated its cables, which starts the winches at first.
+
+        Before that, the command of a winch that takes rates was its length.
+        """
+        if not self._active:
+            return []
+        repeated = stage.operations if isinstance(stage, WinchStage) else [self._wind]
+        return [*self._reading, *(repeated if self._rates else [])]
+
+    @property
+    def needs_start(self) -> bool:
+        """True if `start` is used: the controller commands rates, which define no tension."""
+        return self._active and self._rates and self._parts.output == "winch"
+
+    def hold(self, stage: TensionStage) -> None:
+        """Write into `start` the tensions by which a stage holds the weight at the present sample."""
+        parts, present = self._parts, self._present
+        still = np.concatenate([present.seen[:7], np.zeros(6)])
+        present.live.wrench[:] = required_wrench(parts.perceived_robot, still, parts.backend.gravity)
+        stage.distribute()
+        self.start[:] = present.live.tension
