@@ -1,8 +1,8 @@
 """Winches that hold the unwound length of a cable, or its rate: ideal drives and servos.
 
-An ideal drive follows its command L (m) or V (m/s) exactly: the unwound length is l0 = L, or l0' = V. A servo is a motor
-and a drum (`cdpr.cables.drum`) with cascaded loops, as in industrial drives. Positive when winding in, with w the speed
-of the drum and r its radius,
+An ideal drive follows its command L (m) or V (m/s) exactly: the unwound length is l0 = L, or l0' = V. A servo is a
+motor and a drum (`cdpr.cables.drum`) with cascaded loops, as in industrial drives. Positive when winding in, with w the
+speed of the drum and r its radius,
 
     w_d = kp (l0 - L) / r   (position), or   w_d = -V / r   (velocity)
     e = clip(w_d, w_max) - w
@@ -34,7 +34,7 @@ LOOPS = (
     Number("winch.velocity_gain", Positive, "N m s", "gain of the velocity loop, torque per drum speed"),
     Number("winch.integral_gain", NonNegative, "N m", "integral gain of the velocity loop, torque per angle", 0.0),
     Number("winch.speed_max", Positive, "rad/s", "highest speed of the drum that the servo demands", math.inf),
-    Number("winch.acceleration_max", Positive, "rad/s^2", "limit of the proportional part of the velocity loop", math.inf),
+    Number("winch.acceleration_max", Positive, "rad/s^2", "limit of the velocity loop's proportional part", math.inf),
     Number("winch.torque_max", Positive, "N m", "largest torque of the motor about the drum's axis", math.inf),
     Number("winch.torque_lag", NonNegative, "s", "time constant of the torque, that of the current loop", 0.0),
 )

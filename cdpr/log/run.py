@@ -123,6 +123,10 @@ class Run(Frozen):
     load_energy = Quantity("load_energy")
     true_wrench = Quantity("true_wrench")
     true_margin = Quantity("true_margin")
+    winch_command = Quantity("winch_command")
+    unwound_length = Quantity("unwound_length")
+    unwound_rate = Quantity("unwound_rate")
+    motor_torque = Quantity("motor_torque")
 
     def __post_init__(self) -> None:
         """Make the rows read-only."""

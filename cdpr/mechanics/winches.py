@@ -118,7 +118,7 @@ class Winches:
         ]
 
     def reading(self, unwound: Array, unwinding: Array, torque: Array) -> list[Callable[[], object]]:
-        """Return operations that write the state of the winches at the last evaluation, see `Backend.winch_readings`."""
+        """Return operations that write the state of the winches, see `Backend.winch_readings`."""
         return [bind("read_winches", **self.given, unwound=unwound, unwinding=unwinding, torque=torque)]
 
     @property

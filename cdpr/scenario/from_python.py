@@ -25,6 +25,7 @@ from cdpr.config.overrides import NotPlainError, plain_key, plain_value
 from cdpr.config.yaml_text import dump
 from cdpr.log.files import make_folder, output_path, replace
 from cdpr.model import Cable, Robot, Winch
+from cdpr.model.cable import TORQUE
 from cdpr.model.robot import COMMANDED, DOF_NAMES, Array
 from cdpr.model.shapes import Cylinder, Frame, Mesh, Shape
 from cdpr.scenario import examples
@@ -166,9 +167,10 @@ def _cable(robot: Robot, cable: Cable) -> dict[str, Any]:
     return {key: value for key, value in row.items() if value is not None}
 
 
-def _winch(winch: Winch) -> dict[str, float]:
-    values = {each.name: getattr(winch, each.name) for each in fields(winch) if each.name != "own"}
-    return {key: value for key, value in values.items() if not math.isnan(value)} | dict(winch.own)
+def _winch(winch: Winch) -> dict[str, Any]:
+    values = {each.name: getattr(winch, each.name) for each in fields(winch) if each.name not in ("own", "type")}
+    given = {key: value for key, value in values.items() if not math.isnan(value)} | dict(winch.own)
+    return given if winch.type == TORQUE else {"type": winch.type} | given
 
 
 def _shape(shape: Shape) -> dict[str, Any]:

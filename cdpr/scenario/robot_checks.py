@@ -124,10 +124,7 @@ class RobotChecks(Checks):
                 names = [str(given[i].get("name") or f"cable_{i + 1}") for i in places]
                 listed = ", ".join([*names[:5], *(["..."] if len(names) > 5 else [])])
                 such = f", such as {need}: {EXAMPLES[need]}" if need in EXAMPLES else ""
-                text = (
-                    f"{model} needs {words} of each cable: "
-                    f"give {need} for all{such}, or {name} of cable {listed}"
-                )
+                text = f"{model} needs {words} of each cable: give {need} for all{such}, or {name} of cable {listed}"
                 self.problems.add(self.document.key_mark((*self.root, "cable")), self.root, text)
 
         for i, cable in enumerate(given):

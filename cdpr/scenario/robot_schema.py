@@ -57,7 +57,8 @@ CHECKED = "_checked"  # attribute of robots known to be those of a valid file
 EXIT = "exit of the cable on the frame; default: a point, its anchor"
 
 if TYPE_CHECKING:
-    CableModel = WinchType = str
+    CableModel = str
+    WinchType = str
 else:
     CableModel = Literal[tuple(MODELS)]
     WinchType = Literal[tuple(WINCH_TYPES)]

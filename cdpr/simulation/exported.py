@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from cdpr.base.errors import CdprError
+from cdpr.cables import commands_of
 from cdpr.cables.tables import line_table
 from cdpr.fmu.export import Control, Load
 from cdpr.model.robot import Array
@@ -45,7 +46,7 @@ def control_of(scenario: Scenario, motion: bool = False) -> Control:
     step, gravity = scenario.simulation.control_step, np.array(scenario.world.gravity)
     controller = chosen["controller"].make(scenario.robot, gravity, step, scenario.controller_options)
     try:
-        output = output_of(chosen["controller"], controller)
+        output = output_of(chosen["controller"], controller, commands_of(scenario.robot))
         if observes(controller) or period_of(controller) > 1:
             raise CdprError(
                 f"the controller '{scenario.controller.type}' uses further inputs (`observe`) or a period of several "

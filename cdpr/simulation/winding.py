@@ -44,7 +44,8 @@ class Winding:
         self._given = {**cables, "unwound": unwound, "command": self.command}
         readings = parts.backend.winch_readings(unwound, view("unwound_rate"), view("motor_torque"))
         self._reading = [Operation("backend", do) for do in readings]
-        wind = bind("wind_commands", **self._given, tension=present.live.tension, period=parts.control_step)
+        live = {"tension": present.live.tension, "unwinding": view("unwound_rate")}
+        wind = bind("wind_commands", **self._given, **live, period=parts.control_step)
         self._wind = Operation("distribution", wind)
         self._rates = "rate" in commands_of(parts.robot)
 

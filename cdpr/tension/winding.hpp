@@ -19,6 +19,14 @@ struct SeenCable {
         return bends(kind) ? bent_rest(kind, span, tension) : rest(kind, chain.span(), length, tension);
     }
 
+    // Return the same while the cable stretches at a rate, m/s, which damping resists. The damping is that of the
+    // positive rate, at which no cable becomes slack.
+    double unwound_at(double tension, double stretching) const {
+        const double still = unwound_at(tension);
+        const double damping = tension_at(still, absolute(stretching)) - tension;
+        return unwound_at(stretching < 0.0 ? tension + damping : tension - damping);
+    }
+
     // Return the tension, N, with this unwound length, m, and rate of stretch, m/s.
     double tension_at(double unwound, double stretching) const {
         const double kind = chain.span_kind(), low = chain.lowest();
@@ -50,23 +58,30 @@ struct SeenCables {
 // Conversion of commanded tensions into the commands of winches.
 struct Winding {
     SeenCables cables;
-    const double* tension;  // (m), N
-    const double* unwound;  // (m), m, of the plant; NaN before its start
-    double* command;        // (m), N, m or m/s
-    double period;          // s, of control
-    static constexpr auto fields = extended(SeenCables::fields, "tension(m), unwound(m), command(m), period");
+    const double* tension;    // (m), N
+    const double* unwound;    // (m), m, of the plant; NaN before its start
+    double* command;          // (m), N, m or m/s
+    const double* unwinding;  // (m), m/s, of the plant
+    double period;            // s, of control
+    static constexpr auto fields =
+        extended(SeenCables::fields, "tension(m), unwound(m), command(m), unwinding(m), period");
 };
 
-// Write the command that produces each tension: itself; the unwound length; or the rate at which that length is reached
-// at the end of a period, before the start the length itself.
+// Write the command that produces each tension: itself; the unwound length at the present rate of stretch; or the rate
+// at which the length at rest is reached at the end of a period, before the start that length itself.
 inline int wind(Winding& p) {
     for (int64_t i = 0; i < p.cables.m; i++) {
         const CommandKind takes = command_of(p.cables.at(i).chain.winch_kind());
         p.command[i] = p.tension[i];
         if (takes == TENSION_COMMAND) continue;
-        const double unwound = p.cables.at(i).unwound_at(p.tension[i]);
+        const SeenCable cable = p.cables.at(i);
         const bool started = p.unwound[i] == p.unwound[i];
-        p.command[i] = takes == RATE_COMMAND && started ? (unwound - p.unwound[i]) / p.period : unwound;
+        if (!started)
+            p.command[i] = cable.unwound_at(p.tension[i]);
+        else if (takes == LENGTH_COMMAND)
+            p.command[i] = cable.unwound_at(p.tension[i], p.cables.rate(i) - p.unwinding[i]);
+        else
+            p.command[i] = (cable.unwound_at(p.tension[i]) - p.unwound[i]) / p.period;
     }
     return 0;
 }

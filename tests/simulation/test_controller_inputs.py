@@ -291,7 +291,8 @@ def test_a_period_also_holds_for_a_compiled_law():
 @pytest.mark.parametrize("output", ["length", "rate"])
 def test_outputs_that_no_winch_accepts_are_rejected(output):
     kind = type("Winding", (Watching,), {"properties": {"output": output}})
-    with pytest.raises(PluginError, match=f"declares the output '{output}', which no winch accepts"):
+    text = f"outputs a {output} for each cable, but the winches of this robot take a tension: choose a controller"
+    with pytest.raises(PluginError, match=text):
         cdpr.simulate("caroca", controller=kind)
 
 
