@@ -11,11 +11,10 @@ import numpy as np
 
 from cdpr.analysis.sizing.demands import LEAST, Demands, demands, drum_radii
 from cdpr.analysis.sizing.duty import Duty
+from cdpr.base.defaults import SAFETY
 from cdpr.base.errors import CdprError
 from cdpr.mechanics.reach import Reach, bounds_of, plain_columns
 from cdpr.model import Robot
-
-SAFETY = 5.0  # default ratio of a cable's breaking load to its largest tension
 
 # Relative tolerance of tension limits, as in solvers: logged tensions are decimal.
 REACHED = 1e-9
