@@ -19,6 +19,7 @@ from cdpr.analysis.distribution.source import DOWN, options_of, robot_and_gravit
 from cdpr.base import tolerances
 from cdpr.base.defaults import SOLVER
 from cdpr.base.errors import CdprError, PluginError
+from cdpr.base.problems import shown
 from cdpr.base.threads import in_threads
 from cdpr.cables.tables import line_table
 from cdpr.mechanics import dynamics
@@ -118,7 +119,7 @@ def distribute(
     loaded = robot if type(robot) is Robot else robot_or_scenario(robot)
     robot, gravity = robot_and_gravity(loaded, gravity)
     if jobs is not None and (isinstance(jobs, bool) or not isinstance(jobs, Integral) or jobs < 1):
-        raise CdprError(f"jobs: expected a whole number of threads, at least 1, got {jobs!r}")
+        raise CdprError(f"jobs: expected a whole number of threads, at least 1, got {shown(jobs)}")
     if isinstance(solver, str) and gravity is DOWN:
         one = distribute_single(robot, solver, options, (poses, wrenches, tension_min, tension_max), gravity)
         if one is not None:
@@ -177,7 +178,7 @@ def _solver(
 ) -> tuple[TensionSolver, bool]:
     """Return the solver, and True if it declares that it respects the limits; `own` are checked options."""
     if options is not None and not isinstance(options, Mapping):
-        raise CdprError(f"options: expected a mapping of names to values, got {options!r}")
+        raise CdprError(f"options: expected a mapping of names to values, got {shown(options)}")
     if isinstance(solver, str):
         entry = registry().get("solver", solver)
         created = entry.make(robot, own or entry.read_options(options or {}))

@@ -283,7 +283,7 @@ def workspace(
         raise CdprError("region: give either a region, or lower, upper, cells and orientations")
     whole = checked_question(chosen, robot, question, over, options)
     if method not in METHODS:
-        raise CdprError(f"method: expected one of {', '.join(METHODS)}, got {method!r}")
+        raise CdprError(f"method: expected one of {', '.join(METHODS)}, got {shown(method)}")
     if region.cells > MOST_CELLS:
         text = "which a table in memory holds; in chunks, --chunks, a folder may hold as many as its disk"
         raise CdprError(f"cells: {region.cells} cells are more than {MOST_CELLS}, {text}")
