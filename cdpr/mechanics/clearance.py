@@ -138,7 +138,7 @@ def clearance(robot: Robot, obstacles: Sequence[Obstacle] = (), diameter: float 
     for cable, size in zip(robot.cables, sizes, strict=True):
         if size is None:
             raise CdprError(
-                f"cable '{cable.name}' has no diameter: give the robot cable.diameter, or set --cable-diameter (m)"
+                f"cable '{cable.name}' has no diameter: give the robot cable.diameter, or a `diameter` of all cables, m"
             )
         if not 0.0 <= size < math.inf:
             raise CdprError(f"diameter: expected a length of at least 0 m, got {shown(size)}")

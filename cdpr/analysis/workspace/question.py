@@ -27,7 +27,8 @@ class Question:
         length: divisor of moments, m; the robot's characteristic length by default.
         at_least: smallest value inside; that of the kind by default.
         obstacles: bodies that cables may touch, besides each other and their platform.
-        diameter: diameter of all cables, m; their own by default.
+        diameter: diameter of all cables, m; by default their own, and 10 mm or less if they have none
+            (`cdpr.mechanics.assumed_diameters`).
         axial_stiffness: E A of all cables, N; their own by default.
         direction: degree of freedom, such as "z", of the stiffness; the softest direction by default.
     """
