@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 import cdpr
@@ -24,6 +25,56 @@ def test_a_value_whose_representation_raises_is_shown_by_its_type(error):
     assert shown(10**10_000) == "an int with too many digits"
     with pytest.raises(cdpr.CdprError, match=r"got a value of type Foreign"):
         cdpr.export("caroca", Foreign(error))
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (np.float64(1.5), "1.5"),
+        (np.bool_(True), "true"),
+        (np.array(3), "3"),
+        (np.str_("a"), "'a'"),
+        (True, "true"),
+        (None, "null"),
+        (np.eye(2), "array([[1., 0.], [0., 1.]])"),
+        ("a\nb", r"'a\nb'"),
+        (np.ma.masked, "masked"),
+    ],
+)
+def test_values_are_shown_as_in_yaml_in_one_line(value, text):
+    assert shown(value) == text
+
+
+WRONG = {
+    "jobs: expected a whole number of threads, at least 1, got true": lambda robot: cdpr.distribute(
+        robot, robot.home, jobs=True
+    ),
+    "undecided: expected a share from 0 to below 1, got 2.0": lambda robot: cdpr.workspace(
+        robot, "static", cells=2, method="certify", undecided=np.float64(2.0)
+    ),
+    "length: expected a number above 0 m, got -1.0": lambda robot: cdpr.workspace(
+        robot, "static", cells=2, length=np.float64(-1.0)
+    ),
+    "safety: expected a number from 1 on, got 0.5": lambda robot: cdpr.size(
+        "caroca", safety=np.float64(0.5), overrides={"simulation.duration": 0.01}
+    ),
+}
+
+
+@pytest.mark.parametrize("text", WRONG)
+def test_messages_show_numbers_as_in_yaml(text):
+    with pytest.raises(cdpr.CdprError) as caught:
+        WRONG[text](cdpr.load_robot("caroca"))
+    assert str(caught.value) == text
+
+
+def test_problems_of_list_items_are_in_the_order_of_their_numbers():
+    events = [{"type": "wrench", "time": -1.0, "force": [1, 0, 0]}] * 12
+    with pytest.raises(cdpr.ScenarioError) as caught:
+        cdpr.load_scenario("caroca", overrides={"events": events})
+    line = str(caught.value).splitlines()[0]
+    assert "events[0].time" in line
+    assert line.endswith("and 11 more like this, the last at events[11].time")
 
 
 def test_the_first_problems_and_the_number_of_others():

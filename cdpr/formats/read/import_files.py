@@ -20,6 +20,7 @@ from cdpr.base.errors import CdprError, FormatError, OutputError
 from cdpr.base.fields import MAX_MAGNITUDE
 from cdpr.base.files import UnreadableError
 from cdpr.base.files import read as read_bytes
+from cdpr.base.problems import shown
 from cdpr.formats.read import FORMATS
 from cdpr.formats.read.import_options import Choice
 from cdpr.formats.read.imported import Imported, Motion
@@ -126,7 +127,7 @@ def import_file(
         2
     """
     if not isinstance(path, str | os.PathLike):
-        raise CdprError(f"import_file(path=): expected a file name, got {path!r}")
+        raise CdprError(f"import_file(path=): expected a file name, got {shown(path)}")
     file = Path(path)
     choice = _choice(cable_set, trajectory, tension)
 
