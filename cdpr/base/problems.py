@@ -84,8 +84,15 @@ def shown(value: object) -> str:
         return "a mapping"
     if isinstance(value, list):
         return "an empty list" if not value else f"a list of {len(value)}"
+    return short_repr(value)
+
+
+def short_repr(value: object) -> str:
+    """Return the representation of a Python value as short text in one line, also if its class cannot represent it."""
     try:
         text = repr(value)
     except Exception:  # of a foreign class; Python also refuses to write integers of thousands of digits
         return "an int with too many digits" if isinstance(value, int) else f"a value of type {type(value).__name__}"
+    if "\n" in text:  # of arrays
+        text = " ".join(text.split())
     return text if len(text) <= SHORTEST else text[: SHORTEST - 4] + "..." + (text[-1] if text[-1] in "'\"" else "")

@@ -13,6 +13,7 @@ from itertools import count
 from typing import Any
 
 from cdpr.base.errors import CdprError
+from cdpr.base.problems import short_repr
 from cdpr.log.recorder import BLOCK
 from cdpr.log.run import Run
 from cdpr.model.arrays import checked
@@ -300,7 +301,7 @@ class Driver:
         Many steps are simulated in portions by `advance`. Other requests wait, except `INTERRUPTING` and `URGENT` ones.
         """
         if type(n) is not int or not 1 <= n <= MOST_STEPS:
-            raise CdprError(f"step: expected a whole number from 1 to {MOST_STEPS}, got {n!r}")
+            raise CdprError(f"step: expected a whole number from 1 to {MOST_STEPS}, got {short_repr(n)}")
         self.check_unfinished()
         if self.requests.pending(URGENT):
             raise CdprError(INTERRUPTED.format(n))

@@ -15,7 +15,7 @@ from cdpr.analysis.workspace import Region, region
 from cdpr.base.errors import CdprError
 from cdpr.base.files import UnreadableError, read
 from cdpr.base.nearest import did_you_mean
-from cdpr.base.problems import Path, shown
+from cdpr.base.problems import Path, short_repr, shown
 from cdpr.config.document import Document
 from cdpr.config.overrides import marked_changes
 from cdpr.config.problems import Problems
@@ -58,7 +58,9 @@ def load_design(path: Source, *, evaluations: int | None = None) -> Design:
         <Design design_box: 8 variables, 1 goals>
     """
     if evaluations is not None and not 1 <= evaluations <= MAX_EVALUATIONS:
-        raise CdprError(f"evaluations: expected a whole number from 1 to {MAX_EVALUATIONS}, got {evaluations!r}")
+        raise CdprError(
+            f"evaluations: expected a whole number from 1 to {MAX_EVALUATIONS}, got {short_repr(evaluations)}"
+        )
     problems = Problems()
     document, robot = open_with(path, "design", "robot", load_robot, problems)
     section = validate(DesignFile, document.data, document, problems)

@@ -18,6 +18,7 @@ from cdpr.analysis.distribution.source import DOWN, robot_and_gravity
 from cdpr.base import tolerances
 from cdpr.base.defaults import SOLVER
 from cdpr.base.errors import CdprError, PluginError
+from cdpr.base.problems import short_repr
 from cdpr.base.threads import in_threads
 from cdpr.cables.tables import line_table
 from cdpr.mechanics import dynamics
@@ -116,7 +117,7 @@ def distribute(
     """
     robot, gravity = robot_and_gravity(robot, gravity)
     if jobs is not None and (isinstance(jobs, bool) or not isinstance(jobs, Integral) or jobs < 1):
-        raise CdprError(f"jobs: expected a whole number of threads, at least 1, got {jobs!r}")
+        raise CdprError(f"jobs: expected a whole number of threads, at least 1, got {short_repr(jobs)}")
     if isinstance(solver, str) and gravity is DOWN:
         one = distribute_single(robot, solver, options, (poses, wrenches, tension_min, tension_max), gravity)
         if one is not None:
@@ -172,7 +173,7 @@ def _check_statuses(codes: Array, solver: object) -> None:
 def _solver(robot: Robot, solver: Any, options: Mapping[str, Any] | None) -> tuple[TensionSolver, bool]:
     """Return the solver, and True if it declares that it respects the limits."""
     if options is not None and not isinstance(options, Mapping):
-        raise CdprError(f"options: expected a mapping of names to values, got {options!r}")
+        raise CdprError(f"options: expected a mapping of names to values, got {short_repr(options)}")
     if isinstance(solver, str):
         entry = registry().get("solver", solver)
         created = entry.make(robot, entry.read_options(options or {}))

@@ -10,6 +10,7 @@ import numpy as np
 
 from cdpr.analysis.workspace.required import NOTHING, Required
 from cdpr.base.errors import CdprError
+from cdpr.base.problems import short_repr
 from cdpr.model import Robot
 from cdpr.model.arrays import checked
 from cdpr.model.robot import DOF_NAMES, Array, read_only
@@ -46,11 +47,11 @@ class Question:
         for name, unit in (("length", "m"), ("axial_stiffness", "N")):
             value = getattr(self, name)
             if value is not None and not 0.0 < value < math.inf:
-                raise CdprError(f"{name}: expected a number above 0 {unit}, got {value!r}")
+                raise CdprError(f"{name}: expected a number above 0 {unit}, got {short_repr(value)}")
         if self.at_least is not None and not math.isfinite(self.at_least):
-            raise CdprError(f"at_least: expected a finite number, got {self.at_least!r}")
+            raise CdprError(f"at_least: expected a finite number, got {short_repr(self.at_least)}")
         if self.direction is not None and self.direction not in robot.dof:
-            raise CdprError(f"direction: expected one of {', '.join(robot.dof)}, got {self.direction!r}")
+            raise CdprError(f"direction: expected one of {', '.join(robot.dof)}, got {short_repr(self.direction)}")
 
     def arm(self, robot: Robot) -> float:
         """Return the divisor of moments, m."""

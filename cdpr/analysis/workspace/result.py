@@ -30,7 +30,7 @@ from cdpr.analysis.workspace.regions import region as region_of
 from cdpr.analysis.workspace.turns import Turns, check_turns, turns
 from cdpr.base.checksums import check_archive, seal_archive, validated
 from cdpr.base.errors import CdprError, LogError
-from cdpr.base.problems import shown
+from cdpr.base.problems import short_repr, shown
 from cdpr.log.files import replacing
 from cdpr.mechanics.clearance import Clearance, clearance
 from cdpr.mechanics.properties import home_pose
@@ -283,7 +283,7 @@ def workspace(
         raise CdprError("region: give either a region, or lower, upper, cells and orientations")
     whole = checked_question(chosen, robot, question, over, options)
     if method not in METHODS:
-        raise CdprError(f"method: expected one of {', '.join(METHODS)}, got {method!r}")
+        raise CdprError(f"method: expected one of {', '.join(METHODS)}, got {short_repr(method)}")
     if region.cells > MOST_CELLS:
         text = "which a table in memory holds; in chunks, --chunks, a folder may hold as many as its disk"
         raise CdprError(f"cells: {region.cells} cells are more than {MOST_CELLS}, {text}")
