@@ -83,10 +83,7 @@ def _forked(path: str) -> tuple[int, int, int]:
         for end in ends:
             os.close(end)
         reason = error.strerror or error
-        raise CdprError(
-            f"{path}: cannot start a process to read it: {reason}; close other programs, or raise "
-            "`ulimit -u` and `ulimit -n`"
-        ) from error
+        raise CdprError(f"{path}: cannot start a process to read it: {reason}; {processes.FEWER}") from error
 
 
 def _result(content: bytes, path: str, code: int, seconds: float) -> Any:
