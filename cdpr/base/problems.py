@@ -86,6 +86,11 @@ def shown(value: object) -> str:
         return "a mapping"
     if isinstance(value, list):
         return "an empty list" if not value else f"a list of {len(value)}"
+    return short_repr(value)
+
+
+def short_repr(value: object) -> str:
+    """Return the representation of a Python value as short text in one line, also if its class cannot represent it."""
     try:
         text = repr(value)
     except Exception:  # of a foreign class; Python also refuses to write integers of thousands of digits

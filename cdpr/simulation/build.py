@@ -16,7 +16,7 @@ import numpy as np
 
 from cdpr.base.columns import Column
 from cdpr.base.errors import CdprError, PluginError
-from cdpr.base.problems import Path, dotted
+from cdpr.base.problems import Path, dotted, short_repr
 from cdpr.cables import COMMANDED, with_model
 from cdpr.fmu.read.options import FmuFile
 from cdpr.link.options import PeerOptions
@@ -255,12 +255,14 @@ def output_of(entry: Registered, controller: Controller) -> Output:
     """
     name, declared = entry.info.name, controller.output or entry.info.properties.get("output", "wrench")
     if not isinstance(declared, str) or declared not in OUTPUTS:
-        raise PluginError(f"controller '{name}' declares the output {declared!r}; known are {', '.join(OUTPUTS)}")
+        raise PluginError(
+            f"controller '{name}' declares the output {short_repr(declared)}; known are {', '.join(OUTPUTS)}"
+        )
     stage = OUTPUTS[declared]
     if stage is None:
         raise PluginError(
-            f"controller '{name}' declares the output {declared!r}, which no winch accepts: the command of a cable is "
-            "a tension; choose a controller with output wrench or tension"
+            f"controller '{name}' declares the output {short_repr(declared)}, which no winch accepts: the command of a "
+            "cable is a tension; choose a controller with output wrench or tension"
         )
     period_of(controller)
     return stage

@@ -296,10 +296,7 @@ class Driver:
         self.changed({"paused": paused})
 
     def request_step(self, n: int = 1) -> None:
-        """Simulate some control steps and pause.
-
-        Many steps are simulated in portions by `advance`. Other requests wait, except `INTERRUPTING` and `URGENT` ones.
-        """
+        """Simulate some control steps and pause; only requests in `INTERRUPTING` and `URGENT` do not wait for them."""
         if type(n) is not int or not 1 <= n <= MOST_STEPS:
             raise CdprError(f"step: expected a whole number from 1 to {MOST_STEPS}, got {shown(n)}")
         self.check_unfinished()
