@@ -4,22 +4,30 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from cdpr.analysis.compare.finished import compare_finished
-from cdpr.analysis.compare.job import Comparison, compare_scenario
-from cdpr.analysis.design import Design, Designed, load_design, run_design
-from cdpr.analysis.sizing import Duty, Sizing, sizing, with_one_broken
-from cdpr.analysis.sizing.sizes import SAFETY
-from cdpr.analysis.study import Results, Study, load_study, run_study
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cdpr.base.defaults import SAFETY
 from cdpr.base.errors import CdprError
 from cdpr.base.problems import shown
-from cdpr.log.reader import load_run
-from cdpr.log.run import Run
+from cdpr.config.overrides import Overrides
+from cdpr.config.problems import judged
 from cdpr.model import Robot
 from cdpr.scenario import load_scenario
 from cdpr.scenario.examples import is_run
 from cdpr.scenario.loader import AnyScenario, Source
+
+if TYPE_CHECKING:  # each verb imports only its own analysis
+    from cdpr.analysis.compare.job import Comparison
+    from cdpr.analysis.design import Design, Designed
+    from cdpr.analysis.sizing import Duty, Sizing
+    from cdpr.analysis.study import Results, Study
+    from cdpr.analysis.workspace import Region, Required
+    from cdpr.log.run import Run
+
+CELLS = 10  # cells of `size` along the longest side of a workspace
 
 
 def size(
@@ -27,7 +35,14 @@ def size(
     *,
     safety: float = SAFETY,
     broken: bool = False,
-    overrides: Mapping[str, Any] | None = None,
+    required: Required | None = None,
+    region: Region | None = None,
+    lower: ArrayLike | None = None,
+    upper: ArrayLike | None = None,
+    cells: int | Sequence[int] | None = None,
+    overrides: Overrides | None = None,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+    say: Callable[[str], None] = lambda text: None,
 ) -> Sizing:
     """Size cables, drums and motors for scenarios and runs of a robot.
 
@@ -37,7 +52,15 @@ def size(
         what: one or several of: Scenario, scenario file, name of an example, dict, Run, or folder of a run.
         safety: ratio of a cable's breaking load to its largest tension.
         broken: repeat the analysis with each cable broken in turn.
+        required: wrenches at rest in addition to the weight, all over a region, such as
+            `cdpr.analysis.workspace.box([50, 50, 50, 5, 5, 5])`. Robot and gravity are those of the first of `what`.
+        region: positions and attitudes for `required`; made from the next three by default.
+        lower: lowest corner, (3,), m; that of the frame by default.
+        upper: highest corner, likewise.
+        cells: cells along x, y, z, or along the longest side; 10 by default.
         overrides: values of the scenarios by dotted key.
+        progress: called with the number of finished duties and their total.
+        say: called with each note and warning of the scenarios.
 
     Returns:
         The worst figures of each cable; `to_dict()` returns them as plain data.
@@ -51,25 +74,71 @@ def size(
         >>> found.worst.tension.shape
         (8,)
     """
+    from cdpr.analysis.sizing import sizing, with_one_broken
+
     several = isinstance(what, Sequence) and not isinstance(what, str)
     items: Sequence[Any] = what if several else [what]  # type: ignore[assignment]
-    duties = [_duty(each, i if several else None, overrides) for i, each in enumerate(items)]
+    place = {"region": region, "lower": lower, "upper": upper, "cells": cells}
+    if required is None and any(value is not None for value in place.values()):
+        raise CdprError("size(region=, lower=, upper=, cells=): only with required=, the wrenches")
+    duties, gravity, total = [], None, len(items) + (required is not None)
+    for i, each in enumerate(items):
+        duty, own = _duty(each, i if several else None, overrides, say)
+        gravity = own if gravity is None else gravity
+        duties.append(duty)
+        progress(len(duties), total)
+    if required is not None and gravity is not None:
+        duties.append(_duty_over(duties[0].robot, gravity, required, place))
+        progress(len(duties), total)
     if broken:
-        duties += [other for duty in duties for other in with_one_broken(duty)]
+        total += sum(duty.robot.m for duty in duties)
+        for duty in list(duties):
+            for other in with_one_broken(duty):
+                duties.append(other)
+                progress(len(duties), total)
     return sizing(duties, safety)
 
 
-def _duty(what: Any, i: int | None, overrides: Mapping[str, Any] | None) -> Duty:
+def _duty(
+    what: Any, i: int | None, overrides: Overrides | None, say: Callable[[str], None]
+) -> tuple[Duty, NDArray[np.float64]]:
+    """Return the duty of a scenario or run, item `i` of several, and its gravity, (3,), m/s^2."""
+    from cdpr.analysis.sizing import Duty
+    from cdpr.log.reader import load_run
+    from cdpr.log.run import Run
+
     stored = is_run(what)
     if stored or isinstance(what, Run):
         if overrides:
             raise CdprError("size(overrides=): applies to scenarios, not to finished runs")
         run = what if isinstance(what, Run) else load_run(os.fspath(what))
-        return Duty.of_run(run, os.fspath(what) if stored else run.header.scenario)
+        duty = Duty.of_run(run, os.fspath(what) if stored else run.header.scenario)
+        return duty, np.array(run.header.gravity)
     scenario = load_scenario(what, overrides={} if overrides is None else overrides)
+    for text in (*scenario.notes, *judged(scenario.warnings, strict=False)):
+        say(text)
+    gravity = np.array(scenario.world.gravity)
     if isinstance(what, str | os.PathLike):
-        return Duty.of_scenario(scenario, os.fspath(what))
-    return Duty.of_scenario(scenario, scenario.name if i is None else f"{scenario.name} [{i}]")
+        return Duty.of_scenario(scenario, os.fspath(what)), gravity
+    return Duty.of_scenario(scenario, scenario.name if i is None else f"{scenario.name} [{i}]"), gravity
+
+
+def _duty_over(robot: Robot, gravity: NDArray[np.float64], required: object, place: dict[str, Any]) -> Duty:
+    """Return the static duty of `size(required=)`."""
+    from cdpr.analysis.sizing import over_workspace
+    from cdpr.analysis.workspace import Region, Required
+    from cdpr.analysis.workspace import region as region_of
+
+    if not isinstance(required, Required):
+        raise CdprError(f"size(required=): expected a cdpr.analysis.workspace.Required, got {shown(required)}")
+    region = place.pop("region")
+    if region is None:
+        region = region_of(robot, **place | {"cells": CELLS if place["cells"] is None else place["cells"]})
+    elif not isinstance(region, Region):
+        raise CdprError(f"size(region=): expected a cdpr.analysis.workspace.Region, got {shown(region)}")
+    elif any(value is not None for value in place.values()):
+        raise CdprError("size(region=): give either a region, or lower, upper and cells")
+    return over_workspace(robot, region, required, gravity)
 
 
 def design(
@@ -105,6 +174,8 @@ def design(
         ...     print(cdpr.design("design_box", f"{folder}/out", evaluations=2))
         <Designed design_box: 2 candidates, 1 feasible>
     """
+    from cdpr.analysis.design import Design, load_design, run_design
+
     _check_jobs(jobs, "design")
     if not isinstance(what, Design):
         what = load_design(what, evaluations=evaluations)
@@ -117,10 +188,12 @@ def study(
     what: Source | Study,
     out: str | os.PathLike[str],
     *,
-    overrides: Mapping[str, Any] | None = None,
-    jobs: int = 1,
+    overrides: Overrides | None = None,
+    jobs: int | None = None,
     timeout: float | None = None,
+    scheduler: str | None = None,
     progress: Callable[[int, int, Mapping[str, int]], None] = lambda done, total, counts: None,
+    say: Callable[[str], None] = lambda text: None,
 ) -> Results:
     """Run a scenario with changed keys, each case in a worker process, and write the table of results.
 
@@ -129,9 +202,11 @@ def study(
             scenario in a dict may be a Scenario or a dict; file names are absolute or relative to the working folder.
         out: its folder; finished cases in it are not run again.
         overrides: values of the scenario by dotted key, in all cases.
-        jobs: number of worker processes.
+        jobs: number of worker processes, 1 by default.
         timeout: time limit of a case, s.
+        scheduler: address of a Dask cluster that runs the cases, such as tcp://host:8786.
         progress: called with the number of ended cases, their total, and their number by status.
+        say: called with each note and warning of the cases, and with messages of the run.
 
     Returns:
         The rows of all cases; the tables are in `out`.
@@ -147,12 +222,23 @@ def study(
         ...     print(cdpr.study(gains, f"{folder}/out", overrides={"simulation.duration": 0.02}))
         <Results of study: 2 finished>
     """
-    _check_jobs(jobs, "study")
+    from cdpr.analysis.study import Study, load_study, run_study
+
+    _check_jobs(1 if jobs is None else jobs, "study")
+    if jobs is not None and scheduler is not None:
+        raise CdprError("study(jobs=): not with scheduler=, whose workers run a case for each thread")
     if not isinstance(what, Study):
         what = load_study(what, overrides={} if overrides is None else overrides)
+        for note in what.notes:
+            say(note)
     elif overrides:
         raise CdprError("study(overrides=): a loaded study cannot be changed; give its file")
-    return run_study(what, out, jobs=jobs, timeout=timeout, progress=progress)
+    executor = None
+    if scheduler is not None:
+        from cdpr.analysis.jobs.cluster import executor as on_cluster
+
+        executor = on_cluster(scheduler)
+    return run_study(what, out, jobs=jobs or 1, timeout=timeout, executor=executor, progress=progress, say=say)
 
 
 def _check_jobs(jobs: object, verb: str) -> None:
@@ -163,7 +249,8 @@ def _check_jobs(jobs: object, verb: str) -> None:
 def compare(
     what: AnyScenario | Sequence[str],
     *,
-    overrides: Mapping[str, Any] | None = None,
+    overrides: Overrides | None = None,
+    strict: bool = False,
     backends: Sequence[str] | None = None,
     solvers: Sequence[str] | None = None,
     refine: bool = False,
@@ -171,12 +258,14 @@ def compare(
     jobs: int | None = None,
     timeout: float | None = None,
     progress: Callable[[int, int], None] = lambda done, total: None,
+    say: Callable[[str], None] = lambda text: None,
 ) -> Comparison:
     """Run a scenario on several engines and judge them; or compare finished runs.
 
     Args:
         what: a Scenario, a file, the name of an example, or a dict; or a list of folders of finished runs.
         overrides: values of the scenario by dotted key.
+        strict: treat warnings as errors, before anything runs.
         backends: engines; all installed ones by default.
         solvers: tension solvers instead of the scenario's.
         refine: also measure the orders of convergence.
@@ -184,6 +273,7 @@ def compare(
         jobs: number of processes; one per core by default.
         timeout: time limit of a run, s.
         progress: called with the number of finished runs and the total.
+        say: called with each note and warning of the scenario.
 
     Returns:
         The results of all engines or runs, and the verdict in `figures["agrees"]`.
@@ -196,12 +286,15 @@ def compare(
         >>> cdpr.compare("remote_plant", overrides={"simulation.duration": 0.02}, backends=["remote"])
         <Comparison of remote_plant: differences not judged>
     """
+    from cdpr.analysis.compare.finished import compare_finished
+    from cdpr.analysis.compare.job import compare_scenario
+
     for name, names in {"backends": backends, "solvers": solvers}.items():
         if names is not None and not (isinstance(names, list | tuple) and all(isinstance(each, str) for each in names)):
             raise CdprError(f"compare({name}=): expected a list of names, got {shown(names)}")
     if isinstance(what, Sequence) and not isinstance(what, str | bytes):
         options = {"overrides": overrides, "backends": backends, "solvers": solvers, "out": out, "jobs": jobs}
-        for name, value in {**options, "timeout": timeout, "refine": refine or None}.items():
+        for name, value in {**options, "timeout": timeout, "refine": refine or None, "strict": strict or None}.items():
             if value is not None:
                 raise CdprError(f"compare({name}=): applies to a scenario, not to finished runs")
         return compare_finished(list(what))
@@ -210,6 +303,7 @@ def compare(
     return compare_scenario(
         what,
         changes={} if overrides is None else overrides,
+        strict=strict,
         backends=backends,
         solvers=solvers,
         refine=refine,
@@ -217,4 +311,5 @@ def compare(
         jobs=jobs,
         timeout=timeout,
         progress=progress,
+        say=say,
     )

@@ -12,6 +12,8 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
+from cdpr.base.problems import short_repr
+
 CABLES = 0  # width of a column with one number per cable
 WORLD = "world"
 
@@ -79,22 +81,24 @@ class Column:
         """Check the attributes."""
         for key in ("name", "unit", "text", "frame", "owner"):
             if not isinstance(getattr(self, key), str):
-                raise TypeError(f"{key} of a column must be a text, got {getattr(self, key)!r}")
+                raise TypeError(f"{key} of a column must be a text, got {short_repr(getattr(self, key))}")
         if not isinstance(self.places, tuple) or not all(isinstance(place, str) for place in self.places):
-            raise TypeError(f"places of a column must be a tuple of texts, got {self.places!r}")
+            raise TypeError(f"places of a column must be a tuple of texts, got {short_repr(self.places)}")
         if not _NAME.fullmatch(self.name):
             raise ValueError(
-                f"the name of a column must be a letter and up to 30 letters, digits and _, got {self.name!r}"
+                f"the name of a column must be a letter and up to 30 letters, digits and _, got {short_repr(self.name)}"
             )
         if not isinstance(self.width, int) or isinstance(self.width, bool) or self.width < 0:
-            raise ValueError(f"column '{self.name}': width must be a number from 1 on, or CABLES, got {self.width!r}")
+            raise ValueError(
+                f"column '{self.name}': width must be a number from 1 on, or CABLES, got {short_repr(self.width)}"
+            )
         if self.frame and self.width not in _COMPONENTS:
             raise ValueError(
                 f"column '{self.name}': only a vector (3), a quaternion (4) and a wrench (6) have a frame, "
                 f"got a width of {self.width}"
             )
         if ", " in self.unit and not (self.frame and self.width == 6):
-            raise ValueError(f"column '{self.name}': only a wrench has two units, got {self.unit!r}")
+            raise ValueError(f"column '{self.name}': only a wrench has two units, got {short_repr(self.unit)}")
 
     @property
     def topics(self) -> tuple[tuple[str, str], ...]:
@@ -269,7 +273,7 @@ def known_columns() -> dict[str, tuple[Column, str]]:
 def check_declared(columns: object) -> None:
     """Raise TypeError or ValueError if a plugin may not declare these columns."""
     if not isinstance(columns, tuple) or not all(isinstance(column, Column) for column in columns):
-        raise TypeError(f"columns must be a tuple of cdpr.plugins.Column, got {columns!r}")
+        raise TypeError(f"columns must be a tuple of cdpr.plugins.Column, got {short_repr(columns)}")
     ours = {*known_columns(), *_TAKEN}
     for i, column in enumerate(columns):
         if column.places or column.owner:

@@ -8,6 +8,8 @@ from typing import Any
 
 from cdpr.base.problems import Problem, printable
 
+LONGEST = 500  # maximum length of the text of foreign exceptions in messages
+
 
 class ExitCode(IntEnum):
     """Exit codes of `cdpr`."""
@@ -26,8 +28,13 @@ class ExitCode(IntEnum):
 
 
 def one_line(error: BaseException) -> str:
-    """Return a description of an exception raised by foreign code, in one line."""
-    text = " ".join(str(error).split())
+    """Return a description of an exception raised by foreign code, in one line of limited length."""
+    try:
+        text = " ".join(str(error).split())
+    except Exception:  # of a foreign class
+        text = ""
+    if len(text) > LONGEST:
+        text = f"{text[: LONGEST - 3]}..."
     return f"{type(error).__name__}: {text}" if text else type(error).__name__
 
 

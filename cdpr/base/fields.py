@@ -97,7 +97,7 @@ def tab(name: str, rank: int = 0) -> dict[str, Any]:
 
 def _moderate(value: float) -> float:
     if abs(value) > MAX_MAGNITUDE:
-        raise ValueError(f"must lie between -{MAX_MAGNITUDE:g} and {MAX_MAGNITUDE:g}, got {value!r}")
+        raise ValueError(f"must lie between -{MAX_MAGNITUDE:g} and {MAX_MAGNITUDE:g}, got {shown(value)}")
     return value
 
 
@@ -109,7 +109,7 @@ def _highest(value: float) -> float:
 
 def _near(value: float) -> float:
     if abs(value) > MAX_DISTANCE:
-        raise ValueError(f"must lie between -{MAX_DISTANCE:g} and {MAX_DISTANCE:g} (m), got {value!r}")
+        raise ValueError(f"must lie between -{MAX_DISTANCE:g} and {MAX_DISTANCE:g} (m), got {shown(value)}")
     return value
 
 

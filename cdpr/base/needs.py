@@ -70,6 +70,7 @@ USES: Mapping[str, str] = MappingProxyType(
 
 # Exports that do not contain the scenario.
 MODELS_AND_CONTROLLERS = "plant_fmu", "controller_fmu", "bare_controller_fmu", "native", "mjcf", "sdf", "urdf"
+EXPORTS = (*MODELS_AND_CONTROLLERS, "ros2")
 
 # Meaning of properties that are True or False, for messages.
 MEANINGS: Mapping[str, str] = MappingProxyType({"load": "changes of the platform's mass during a run (load)"})
@@ -134,9 +135,8 @@ def of_motion(**others: Support) -> Needs:
 def of_event(*, backend: Mapping[str, str | bool] | None = None, **others: Support) -> Needs:
     """Return the needs of an event: exports omit it, except packages that contain the scenario."""
     apart = left_out("not exported")
-    exports = "plant_fmu", "controller_fmu", "bare_controller_fmu", "mjcf", "sdf", "urdf"
     native = left_out("real-time programs contain only their effect on the desired motion")
-    return _but({**dict.fromkeys(exports, apart), "native": native, "backend": backend or {}, **others})
+    return _but({**dict.fromkeys(MODELS_AND_CONTROLLERS, apart), "native": native, "backend": backend or {}, **others})
 
 
 def of_winch() -> Needs:
@@ -158,7 +158,7 @@ def of_length_winch(kind: str) -> Needs:
 def of_loop_part() -> Needs:
     """Return the needs of a part of the loop that declares none: it is in all runs, and in no export."""
     apart = no("exports contain no further parts of the loop")
-    return _but(dict.fromkeys((*MODELS_AND_CONTROLLERS, "ros2"), apart))
+    return _but(dict.fromkeys(EXPORTS, apart))
 
 
 def of_moving_anchors() -> Needs:

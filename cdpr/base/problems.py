@@ -75,7 +75,9 @@ def first_ones(texts: Sequence[str], count: int = FEW) -> list[str]:
 
 
 def shown(value: object) -> str:
-    """Return a value of a file as short text in one line."""
+    """Return a value of a file or an argument as short text in one line; numbers of numpy as those of Python."""
+    if type(value).__module__ == "numpy" and getattr(value, "shape", None) == ():
+        value = value.item()  # type: ignore[attr-defined]
     if value is None:
         return "null"
     if isinstance(value, bool):
@@ -84,8 +86,14 @@ def shown(value: object) -> str:
         return "a mapping"
     if isinstance(value, list):
         return "an empty list" if not value else f"a list of {len(value)}"
+    return short_repr(value)
+
+
+def short_repr(value: object) -> str:
+    """Return the representation of a Python value as short text in one line, also if its class cannot represent it."""
     try:
         text = repr(value)
     except Exception:  # of a foreign class; Python also refuses to write integers of thousands of digits
         return "an int with too many digits" if isinstance(value, int) else f"a value of type {type(value).__name__}"
+    text = re.sub(r"\n\s*", " ", text)  # of arrays
     return text if len(text) <= SHORTEST else text[: SHORTEST - 4] + "..." + (text[-1] if text[-1] in "'\"" else "")

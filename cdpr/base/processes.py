@@ -15,7 +15,11 @@ from concurrent.futures import ThreadPoolExecutor
 from functools import cache
 from typing import TypeVar
 
+from cdpr.base.errors import CdprError
+
 PR_SET_PDEATHSIG = 1  # linux/prctl.h
+
+FEWER = "close other programs, or raise `ulimit -u` and `ulimit -n`"  # remedy if the system has no resources
 
 Result = TypeVar("Result")
 
@@ -33,10 +37,18 @@ def start(call: Callable[[], Result]) -> Result:
 
     The system monitors the thread that started the child, not its process. Calls from other threads than the main one
     are therefore executed in a permanent thread.
+
+    Raises:
+        CdprError: if the system refuses the process.
     """
-    if threading.current_thread() is threading.main_thread():
-        return call()
-    return _lasting(os.getpid()).submit(call).result()
+    try:
+        if threading.current_thread() is threading.main_thread():
+            return call()
+        return _lasting(os.getpid()).submit(call).result()
+    except OSError as error:
+        reason = error.strerror or error
+        place = f"'{error.filename}': {reason}" if error.filename else f"{reason}; {FEWER}"
+        raise CdprError(f"cannot start a process: {place}") from error
 
 
 def ended(code: int) -> str:

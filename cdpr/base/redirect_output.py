@@ -62,8 +62,11 @@ def open_closed_streams() -> None:
         try:
             os.fstat(fd)
         except OSError:
-            os.dup2(nowhere := os.open(os.devnull, os.O_RDWR), fd)  # inheritable: child processes get it, too
-            if nowhere != fd:
+            nowhere = os.open(os.devnull, os.O_RDWR)  # gets this number, unless another thread opens a file
+            if nowhere == fd:
+                os.set_inheritable(fd, True)  # child processes get it, too
+            else:
+                os.dup2(nowhere, fd)
                 os.close(nowhere)
 
 

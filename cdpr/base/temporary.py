@@ -9,8 +9,10 @@ from __future__ import annotations
 import os
 import shutil
 import tempfile
+from collections.abc import Callable
 from contextlib import suppress
-from functools import cache
+from functools import cache, partial
+from pathlib import Path
 from typing import Self
 from weakref import finalize
 
@@ -52,7 +54,7 @@ def sweep(root: str, prefix: str) -> None:
     with suppress(OSError), os.scandir(root) as entries:
         for entry in entries:
             if entry.name.startswith(prefix):
-                _remove_left(entry.path)
+                remove_abandoned(entry.path, FLAGS, partial(shutil.rmtree, ignore_errors=True))
 
 
 _sweep_once = cache(sweep)
@@ -65,25 +67,27 @@ def _new_folder(prefix: str, root: str) -> tuple[str, int]:
         with suppress(FileNotFoundError):  # another process removed it before it was locked: try again
             file = open_to_lock(path, FLAGS)
             # Another process may be about to remove it; without support for locks, none does.
-            if lock(file) is not Lock.ANOTHERS and _is(path, file):
+            if lock(file) is not Lock.ANOTHERS and is_open(path, file):
                 return path, file
             os.close(file)
 
 
-def _remove_left(path: str) -> None:
+def remove_abandoned(path: str, flags: int, remove: Callable[[str], object]) -> None:
+    """Remove a folder or file of this user that no process has locked; `flags` are those to open it."""
     try:
-        file = open_to_lock(path, FLAGS)
-    except OSError:  # a link, no folder, of another user, or gone
+        file = open_to_lock(path, flags)
+    except OSError:  # a link, of another kind or user, or gone
         return
     try:
-        if os.fstat(file).st_uid == os.geteuid() and lock(file) is Lock.OURS and _is(path, file):
-            shutil.rmtree(path, ignore_errors=True)
+        if os.fstat(file).st_uid == os.geteuid() and lock(file) is Lock.OURS and is_open(path, file):
+            with suppress(OSError):
+                remove(path)
     finally:
         os.close(file)
 
 
-def _is(path: str, descriptor: int) -> bool:
-    """Return whether the folder at `path` is the open one."""
+def is_open(path: str | Path, descriptor: int) -> bool:
+    """Return True if the folder or file at `path` is the open one."""
     try:
         return os.path.samestat(os.lstat(path), os.fstat(descriptor))
     except FileNotFoundError:

@@ -19,6 +19,7 @@ from typing import Any, Literal
 from cdpr.base.errors import CdprError
 from cdpr.base.fields import NonNegative, Positive, Section
 from cdpr.base.needs import Needs
+from cdpr.base.problems import short_repr
 from cdpr.base.units import known_unit
 from cdpr.model import Cable
 
@@ -189,7 +190,9 @@ class Winch(Part):
         super().__post_init__()
         name = self.header or "a winch"
         if type(self.states) is not int or (self.states != 0 and not COORDINATE <= self.states <= MOST_STATES):
-            raise CdprError(f"{name}: states: expected 0, or {COORDINATE} to {MOST_STATES}, got {self.states!r}")
+            raise CdprError(
+                f"{name}: states: expected 0, or {COORDINATE} to {MOST_STATES}, got {short_repr(self.states)}"
+            )
         if self.immediate and self.states:
             raise CdprError(f"{name}: an immediate winch has no states: set states=0, or immediate=False")
 

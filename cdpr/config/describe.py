@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -9,6 +10,8 @@ from typing import Any
 from pydantic import BaseModel
 
 from cdpr.base.problems import Path
+
+Levels = Sequence[Mapping[str, Mapping[Path, None]]]  # places of keys by name, for each depth
 
 DEEP = 4  # levels of sections in which a misplaced key is searched
 
@@ -49,8 +52,25 @@ def describe(model: type[BaseModel], path: Path, data: Any) -> Place:
 
 def below(model: type[BaseModel], path: Path, data: Any, key: str) -> list[Path]:
     """Return the places of keys of this name in the sections below `path`, relative to it, at the least depth."""
-    root, nodes = _at(model, path, data)
+    return search_below(model, path, data)(key)
+
+
+def search_below(model: type[BaseModel], path: Path, data: Any) -> Callable[[str], list[Path]]:
+    """Return the function of a key that returns its places as `below` does; it serves all keys of one section."""
+    whole = not path and "properties" in json_schema(model)  # the same for all data
+    levels = _levels_of(model) if whole else _levels(*_at(model, path, data))
+    return lambda key: next((list(places[key]) for places in levels if key in places), [])
+
+
+@lru_cache(maxsize=64)
+def _levels_of(model: type[BaseModel]) -> Levels:
+    return _levels(*_at(model, (), None))
+
+
+def _levels(root: dict[str, Any], nodes: Sequence[dict[str, Any]]) -> Levels:
+    """Return the places of the keys below sections, by name, for each depth; a dict of places keeps their order."""
     level: list[tuple[Path, dict[str, Any]]] = [((), node) for node in nodes]
+    levels: list[dict[str, dict[Path, None]]] = []
     for _ in range(DEEP):
         level = [
             ((*stem, name), form)
@@ -58,9 +78,11 @@ def below(model: type[BaseModel], path: Path, data: Any, key: str) -> list[Path]
             for name, child in node.get("properties", {}).items()
             for form in _forms(child, root, None)
         ]
-        if found := [place for place, _ in level if len(place) > 1 and place[-1] == key]:
-            return list(dict.fromkeys(found))
-    return []
+        levels.append({})
+        for place, _ in level:
+            if len(place) > 1:
+                levels[-1].setdefault(str(place[-1]), {})[place] = None
+    return levels
 
 
 def _at(model: type[BaseModel], path: Path, data: Any) -> tuple[dict[str, Any], list[dict[str, Any]]]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
@@ -16,7 +17,7 @@ from pydantic import BaseModel, ValidationError
 from cdpr.base.nearest import did_you_mean
 from cdpr.base.problems import Path, dotted, shown
 from cdpr.base.units import known_unit
-from cdpr.config.describe import Place, below, describe
+from cdpr.config.describe import Place, describe, search_below
 
 # Errors of type "wrong kind of value", with the expected kind.
 KINDS = {
@@ -93,8 +94,9 @@ def explain(
     ]
     faults = [replace(fault, kinds=_kinds(fault, model, data)) for fault in faults]
     messages: dict[Path, Message] = {}
+    nearby = cache(lambda section: search_below(model, section, data))
     for fault in _collapse(faults, 0):
-        messages.setdefault(fault.path, _message(fault, model, data, tuple(core_keys), search, base))
+        messages.setdefault(fault.path, _message(fault, model, data, tuple(core_keys), nearby, search, base))
     return list(messages.values())
 
 
@@ -159,7 +161,13 @@ def _kinds(fault: _Fault, model: type[BaseModel], data: Any) -> tuple[str, ...]:
 
 
 def _message(
-    fault: _Fault, model: type[BaseModel], data: Any, core_keys: tuple[str, ...], search: Search | None, base: Path
+    fault: _Fault,
+    model: type[BaseModel],
+    data: Any,
+    core_keys: tuple[str, ...],
+    nearby: Callable[[Path], Search],
+    search: Search | None,
+    base: Path,
 ) -> Message:
     path, found = fault.path, shown(fault.value)
     place = describe(model, path, data)
@@ -169,7 +177,7 @@ def _message(
         return Message(path, f"required but not given{meaning}{unit}")
     if fault.type == "extra_forbidden":
         allowed = (*core_keys, *describe(model, path[:-1], data).keys)
-        return _unknown_key(path, allowed, _key_meant(fault, model, data, allowed, search, base))
+        return _unknown_key(path, allowed, _key_meant(fault, allowed, nearby, search, base))
     if fault.type in ("union_tag_invalid", "union_tag_not_found", "model_attributes_type") and place.types:
         return _unknown_type(fault, place.types)
     if fault.type == "literal_error" and len(fault.kinds) == 1:
@@ -216,7 +224,7 @@ def _unknown_key(path: Path, allowed: tuple[str, ...], hint: str) -> Message:
 
 
 def _key_meant(
-    fault: _Fault, model: type[BaseModel], data: Any, allowed: tuple[str, ...], search: Search | None, base: Path
+    fault: _Fault, allowed: tuple[str, ...], nearby: Callable[[Path], Search], search: Search | None, base: Path
 ) -> str:
     """Return a suggestion: the same key in deeper sections, else a similar allowed key, else the key anywhere.
 
@@ -225,7 +233,7 @@ def _key_meant(
     *parent, key = fault.path
     in_file = search if search is not None else lambda _: []
     at_root = search is not None and not base and not parent
-    places = in_file(str(key)) if at_root else below(model, tuple(parent), data, str(key))
+    places = in_file(str(key)) if at_root else nearby(tuple(parent))(str(key))
     if hint := _places(places, written=True) or did_you_mean(str(key), allowed) or _places(in_file(str(key))):
         return hint
     value = fault.value

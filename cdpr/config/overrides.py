@@ -53,7 +53,7 @@ def read_overrides(overrides: Overrides, problems: Problems) -> list[Change]:
         given = None
     wrong = [overrides] if given is None else [item for item in given if not isinstance(item, (str, Change))]
     if given is None or wrong:
-        raise CdprError(f"overrides: expected {{key: value}} or texts KEY=VALUE, got {wrong[0]!r}")
+        raise CdprError(f"overrides: expected {{key: value}} or texts KEY=VALUE, got {shown(wrong[0])}")
     changes = [item for item in given if isinstance(item, Change)]
     texts = [item for item in given if isinstance(item, str)]
     rows = [(text.partition("=")[0], text, Mark(f"--set {brief(text)}"), _parsed) for text in texts]

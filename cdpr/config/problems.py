@@ -49,8 +49,13 @@ class Problems:
 
 def in_order(problems: Iterable[Problem]) -> tuple[Problem, ...]:
     """Return the problems in the order of the files, without duplicates."""
-    ordered = sorted(problems, key=lambda problem: (problem.mark, dotted(problem.path), problem.text))
+    ordered = sorted(problems, key=lambda problem: (problem.mark, _rank(problem.path), problem.text))
     return tuple(dict.fromkeys(ordered))
+
+
+def _rank(path: Path) -> tuple[tuple[str, int], ...]:
+    """Return the sort key of a path: names as text, list items by number."""
+    return tuple(("", part) if isinstance(part, int) else (part, 0) for part in path)
 
 
 def problem_lines(problems: Iterable[Problem]) -> list[str]:

@@ -7,22 +7,20 @@ import errno
 import itertools
 import os
 import re
-import secrets
 import weakref
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import BinaryIO
 
 from cdpr.base.errors import OutputError
+from cdpr.base.incomplete import NAME_LENGTH, incomplete
 from cdpr.base.locks import Lock, lock, open_to_lock
 from cdpr.base.problems import shown
 
 GOES_ON = "its run, or a repair of it, is still going on; wait for it, or end it"
 NAME_OR_FORCE = "choose another --out, or --force"  # remedy of commands if a file exists
 NAME_OR_FORCE_IN_PYTHON = "choose another name, or force=True"
-TEMPORARY = ".tmp"  # end of the names of incomplete files
 NAME_MAX = 255  # bytes of a file name, on most file systems
-NAME_LENGTH = 40  # characters of the final name in them: file systems limit names to 255 bytes
 LOCK_SECONDS = 10.0  # s that a new run waits for a repair to inspect its folder, which takes milliseconds
 
 
@@ -104,13 +102,9 @@ def create(path: Path, content: str | bytes) -> None:
         FileExistsError: if it exists.
         OSError: if it cannot be written.
     """
-    temporary = temporary_of(path)
-    try:
+    with incomplete(path) as temporary:
         temporary.write_bytes(content.encode() if isinstance(content, str) else content)
         _name(temporary, path)
-    finally:
-        with contextlib.suppress(OSError):
-            temporary.unlink()
 
 
 def _name(temporary: Path, path: Path) -> None:
@@ -146,16 +140,6 @@ def markup(text: str) -> bytes:
     return text.encode(errors="xmlcharrefreplace")
 
 
-def temporary_of(path: Path) -> Path:
-    """Return a new name in the folder of a file, for its content until it is complete: another one in each call."""
-    return path.with_name(f"{path.name[:NAME_LENGTH]}.{secrets.token_hex(6)}{TEMPORARY}")
-
-
-def is_temporary_of(name: str, path: Path) -> bool:
-    """Return True if `name` is that of incomplete content of a file, such as of a killed process."""
-    return name.startswith(f"{path.name[:NAME_LENGTH]}.") and name.endswith(TEMPORARY)
-
-
 @contextlib.contextmanager
 def replacing(path: Path, force: bool = True) -> Iterator[BinaryIO]:
     """Open a temporary file that is renamed to `path` after it was written; a symbolic link is replaced itself.
@@ -165,27 +149,24 @@ def replacing(path: Path, force: bool = True) -> Iterator[BinaryIO]:
         ExistingFileError: if `path` exists, without `force`. The content is then in NAME-2.END beside it, because
             commands check their output files before they compute: another process has created this one meanwhile.
     """
-    temporary = temporary_of(path)
     try:
         if kind := _not_a_file(path):  # a file would replace the device
             raise OutputError(f"{path}: cannot be written: it is {kind}")
-        with temporary.open("x+b") as file:
-            yield file
-        if force:
-            os.replace(temporary, path)
-            return
-        try:
-            _name(temporary, path)
-        except FileExistsError:
-            other = _name_beside(temporary, path)
-            raise ExistingFileError(
-                f"'{path}' was created meanwhile and is not overwritten; this result was written to '{other}'"
-            ) from None
+        with incomplete(path) as temporary:
+            with temporary.open("w+b") as file:
+                yield file
+            if force:
+                os.replace(temporary, path)
+                return
+            try:
+                _name(temporary, path)
+            except FileExistsError:
+                other = _name_beside(temporary, path)
+                raise ExistingFileError(
+                    f"'{path}' was created meanwhile and is not overwritten; this result was written to '{other}'"
+                ) from None
     except OSError as error:
         raise unwritable(path, error) from error
-    finally:
-        with contextlib.suppress(OSError):
-            temporary.unlink()
 
 
 def require_process(process: int, path: Path) -> None:

@@ -23,6 +23,7 @@ from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 
 from cdpr.base.errors import LogError
+from cdpr.base.problems import shown
 from cdpr.log import run_json
 from cdpr.log.checksum import crc32
 from cdpr.log.chunk_index import Written
@@ -138,7 +139,7 @@ def _number(value: Any) -> Any:
 def locate(path: str | Path) -> tuple[Path, Path | None]:
     """Return the log of a path (run folder or log), and the run folder, if any."""
     if not isinstance(path, str | os.PathLike):
-        raise LogError(f"expected the folder of a run, or a log, got {path!r}")
+        raise LogError(f"expected the folder of a run, or a log, got {shown(path)}")
     path = Path(path)
     if os.path.isdir(path):
         log = path / LOG_NAME

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from cdpr.base.errors import LogError
+from cdpr.base.problems import short_repr
 from cdpr.log.chunk_index import Written
 from cdpr.log.mcap_file import LogFormat
 from cdpr.model.robot import Array
@@ -130,6 +131,8 @@ def _split(key: Any) -> tuple[Any, Any]:
     parts = key if isinstance(key, tuple) else (key,)
     parts = tuple(slice(None) if part is Ellipsis else part for part in parts)
     if len(parts) > 2 or any(part is None for part in parts):
-        raise IndexError(f"rows of a run have two axes, rows and columns, got {len(parts)} indices with {key!r}")
+        raise IndexError(
+            f"rows of a run have two axes, rows and columns, got {len(parts)} indices with {short_repr(key)}"
+        )
     rows, columns = (*parts, slice(None), slice(None))[:2]
     return rows, columns

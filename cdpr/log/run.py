@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from cdpr.base.columns import known_columns
 from cdpr.base.errors import CdprError
 from cdpr.base.lazy import late
-from cdpr.base.problems import printable
+from cdpr.base.problems import printable, shown
 from cdpr.log.event import Event
 from cdpr.log.header import Header
 from cdpr.log.layout import Rows
@@ -156,7 +156,7 @@ class Run(Frozen):
         """Return a field by name: (K,) if it has one column, else (K, columns)."""
         layout = self.header.layout
         if name not in layout.fields:
-            raise KeyError(f"unknown field {name!r}; allowed: {', '.join(layout.fields)}")
+            raise KeyError(f"unknown field {shown(name)}; allowed: {', '.join(layout.fields)}")
         block = self.rows[:, layout.columns[name]]
         block.flags.writeable = False
         return block[:, 0] if layout.fields[name].width == 1 else block
@@ -190,7 +190,7 @@ class Run(Frozen):
         tools = self.header.tools
         if name not in tools:
             known = f"one of {', '.join(tools)}" if tools else "none: name tools in robot.platform.tools; one"
-            raise CdprError(f"tool: expected {known}, got {name!r}")
+            raise CdprError(f"tool: expected {known}, got {shown(name)}")
         return np.asarray(self.position + rotations.rotate(self.orientation, np.array(tools[name])))
 
     @property

@@ -25,6 +25,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cdpr.base.errors import CdprError
+from cdpr.base.problems import shown
 from cdpr.base.threads import in_threads
 from cdpr.cables.tables import line_table
 from cdpr.mechanics import solids
@@ -137,10 +138,10 @@ def clearance(robot: Robot, obstacles: Sequence[Obstacle] = (), diameter: float 
     for cable, size in zip(robot.cables, sizes, strict=True):
         if size is None:
             raise CdprError(
-                f"cable '{cable.name}' has no diameter: give the robot cable.diameter, or set --cable-diameter (m)"
+                f"cable '{cable.name}' has no diameter: give the robot cable.diameter, or a `diameter` of all cables, m"
             )
         if not 0.0 <= size < math.inf:
-            raise CdprError(f"diameter: expected a length of at least 0 m, got {size!r}")
+            raise CdprError(f"diameter: expected a length of at least 0 m, got {shown(size)}")
     radius, m = 0.5 * np.array(sizes, dtype=float), robot.m
     pairs = np.full((m, m), APART, dtype=np.int64)
     sharing = []

@@ -26,7 +26,7 @@ class Entry(NamedTuple):
     """Operation: `header` contains the struct and the function that are the arguments of its `entry<...>`."""
 
     header: str
-    arguments: str
+    symbols: str
 
 
 def listing(names: Iterable[str], own: Mapping[str, Entry] | None = None) -> tuple[list[str], dict[str, str]]:
@@ -34,13 +34,13 @@ def listing(names: Iterable[str], own: Mapping[str, Entry] | None = None) -> tup
     entries = {name: (own or {}).get(name) or entry_of(name) for name in sorted(set(names))}
     headers = sorted({entry.header for entry in entries.values()})
     includes = [f'#include "{header}"' if header.startswith("own/") else f"#include <{header}>" for header in headers]
-    return includes, {name: f'entry<{entry.arguments}>("{name}")' for name, entry in entries.items()}
+    return includes, {name: f'entry<{entry.symbols}>("{name}")' for name, entry in entries.items()}
 
 
 def own_entries(own: Mapping[str, Own]) -> tuple[dict[str, bytes], dict[str, Entry]]:
     """Return the headers of operations that are not in the kernel library, and the operations' entries."""
     headers = {f"own/{each.header.name}": each.header.read_bytes() for each in own.values()}
-    return headers, {name: Entry(f"own/{each.header.name}", each.arguments) for name, each in own.items()}
+    return headers, {name: Entry(f"own/{each.header.name}", each.symbols) for name, each in own.items()}
 
 
 def table(names: Iterable[str], own: Mapping[str, Entry] | None = None) -> bytes:

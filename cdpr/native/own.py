@@ -11,13 +11,13 @@ class Own(NamedTuple):
 
     Attributes:
         header: C++ header that uses those of `cdpr.get_include()`.
-        arguments: struct and function in it, as arguments of `entry<...>` of `cdpr/entry.hpp`: "Mine, mine".
+        symbols: struct and function in it, as arguments of `entry<...>` of `cdpr/entry.hpp`: "Mine, mine".
 
     Example:
         >>> from pathlib import Path
-        >>> Own(Path("mine.hpp"), "Mine, mine").arguments
+        >>> Own(Path("mine.hpp"), "Mine, mine").symbols
         'Mine, mine'
     """
 
     header: Path
-    arguments: str
+    symbols: str

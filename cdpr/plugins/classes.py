@@ -18,6 +18,7 @@ from types import ModuleType, TracebackType
 from typing import Any
 
 from cdpr.base.errors import PluginError
+from cdpr.base.problems import short_repr
 from cdpr.plugins.info import PluginInfo, PluginOptions, Role
 
 
@@ -120,7 +121,7 @@ def describe_class(role: Role, item: Any) -> PluginInfo:
         hint = "; give the class, and its options as overrides" if _roles(type(item)) else ""
         raise PluginError(
             f"{role}: expected a name or a class derived from cdpr.plugins.{_interfaces()[role].__name__}, "
-            f"got {item!r}{hint}"
+            f"got {short_repr(item)}{hint}"
         )
     if inspect.isabstract(item):
         raise PluginError(f"{role}: {_lacks(item)}")

@@ -14,6 +14,7 @@ from pydantic_core import CoreSchema
 from pydantic_core.core_schema import with_info_after_validator_function
 
 from cdpr.base.columns import Column, check_declared
+from cdpr.base.problems import short_repr
 
 INTERFACE_VERSION = 1
 
@@ -110,26 +111,29 @@ class PluginInfo:
         """Check the attributes, so that errors occur here and not in the list of all plugins."""
         for name in ("name", "factory", "summary", "extra"):
             if not isinstance(getattr(self, name), str):
-                raise TypeError(f"PluginInfo.{name} must be a text, got {getattr(self, name)!r}")
+                raise TypeError(f"PluginInfo.{name} must be a text, got {short_repr(getattr(self, name))}")
         if not self.name or ":" not in self.factory:
-            raise ValueError(f"a plugin needs a name and a factory 'module:Class', got {self.name!r}, {self.factory!r}")
+            raise ValueError(
+                "a plugin needs a name and a factory 'module:Class', got "
+                f"{short_repr(self.name)}, {short_repr(self.factory)}"
+            )
         if isinstance(self.requires, str) or not all(isinstance(module, str) for module in self.requires):
-            raise TypeError(f"PluginInfo.requires must be a tuple of module names, got {self.requires!r}")
+            raise TypeError(f"PluginInfo.requires must be a tuple of module names, got {short_repr(self.requires)}")
         if not isinstance(self.properties, Mapping):
-            raise TypeError(f"PluginInfo.properties must be a mapping, got {self.properties!r}")
+            raise TypeError(f"PluginInfo.properties must be a mapping, got {short_repr(self.properties)}")
         if not isinstance(self.aliases, Mapping):
-            raise TypeError(f"PluginInfo.aliases must be a mapping of names to sources, got {self.aliases!r}")
+            raise TypeError(f"PluginInfo.aliases must be a mapping of names to sources, got {short_repr(self.aliases)}")
         check_declared(self.columns)
         if not (isinstance(self.options, type) and issubclass(self.options, PluginOptions)):
             raise TypeError(
                 f"the options of plugin '{self.name}' must derive from cdpr.plugins.PluginOptions, which rejects "
-                f"unknown keys, got {self.options!r}"
+                f"unknown keys, got {short_repr(self.options)}"
             )
         known = [field.alias or name for name, field in self.options.model_fields.items()]
         if not isinstance(self.changeable, tuple) or any(name not in known for name in self.changeable):
             raise ValueError(
                 f"PluginInfo.changeable of '{self.name}' must be a tuple of its options, {', '.join(known) or 'none'}, "
-                f"got {self.changeable!r}"
+                f"got {short_repr(self.changeable)}"
             )
 
 

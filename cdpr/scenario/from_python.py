@@ -17,7 +17,7 @@ from pydantic import BaseModel
 
 from cdpr.base.errors import CdprError, ScenarioError
 from cdpr.base.files import seen_from
-from cdpr.base.problems import Mark, dotted
+from cdpr.base.problems import Mark, dotted, shown
 from cdpr.cables import MODELS
 from cdpr.cables.elastic import DAMPING
 from cdpr.config.document import Document
@@ -124,7 +124,7 @@ def data_for(robot: Robot, folder: str | os.PathLike[str]) -> dict[str, Any]:
 def output_file(path: str | os.PathLike[str]) -> Path:
     """Return the path of a YAML file to write; raise CdprError for another name."""
     if not isinstance(path, str | os.PathLike) or Path(path).suffix not in (".yaml", ".yml"):
-        raise CdprError(f"save(path=): expected the name of a file that ends in .yaml, got {path!r}")
+        raise CdprError(f"save(path=): expected the name of a file that ends in .yaml, got {shown(path)}")
     return output_path(path, "save(path=)")
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, TypeVar
 
 from cdpr.base.errors import CdprError, ScenarioError
-from cdpr.base.problems import Problem
+from cdpr.base.problems import Problem, shown
 from cdpr.config.document import Document
 from cdpr.config.overrides import Overrides, apply, read_overrides
 from cdpr.config.problems import Problems
@@ -82,7 +82,7 @@ def load_scenario(
         >>> scenario.simulation.duration
         2.0
     """
-    _refuse_texts("load_scenario", path, text=text, files=files if isinstance(path, Scenario) else None)
+    _refuse_texts("load_scenario", path, text=text, files=files)
     if isinstance(path, Scenario):
         return path.with_changes(overrides, backend=backend, solver=solver, controller=controller, plugins=plugins)
     problems = Problems()
@@ -152,7 +152,11 @@ def robot_of(source: AnyRobot) -> Robot:
 def file_name(path: object, kind: Kind | None = "scenario") -> str:
     """Return the name of a file of this kind; raise ScenarioError if `path` is not one."""
     if isinstance(path, (str, os.PathLike)):
-        return os.fspath(path)
+        name = os.fspath(path)
+        if "\n" in str(name) and not os.path.exists(name):
+            remedy = f'for YAML text, use load_{kind or "scenario"}("NAME.yaml", text=...)'
+            raise ScenarioError([f"expected the name of a file, got {shown(name)}, a text of several lines; {remedy}"])
+        return name
     given = f"a {type(path).__name__}"
     own = {"scenario": " or a Scenario", "robot": " or a Robot"}.get(kind or "", "")
     allowed = f"a file, an example's name, a dict{own}" if own else "a file, an example's name or a dict"
@@ -161,8 +165,11 @@ def file_name(path: object, kind: Kind | None = "scenario") -> str:
 
 
 def _refuse_texts(verb: str, source: object, **texts: object) -> None:
-    """Raise CdprError if texts are given in place of files, but the source is no file."""
+    """Raise CdprError if texts in place of files have another type, or are given although the source is no file."""
     for name, value in texts.items():
+        if value is not None and not isinstance(value, Mapping if name == "files" else str | bytes):
+            kind = "a mapping of file names to texts" if name == "files" else "a text"
+            raise CdprError(f"{verb}({name}=): expected {kind}, got {shown(value)}")
         if value is not None and isinstance(source, Mapping | Robot | Scenario):
             kind = "dict" if isinstance(source, Mapping) else type(source).__name__
             raise CdprError(f"{verb}({name}=): replaces the text of a file, got a {kind} in place of a file name")

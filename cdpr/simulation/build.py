@@ -16,7 +16,7 @@ import numpy as np
 
 from cdpr.base.columns import Column
 from cdpr.base.errors import CdprError, PluginError
-from cdpr.base.problems import Path, dotted
+from cdpr.base.problems import Path, dotted, short_repr
 from cdpr.cables import COMMANDED, commands_of, with_model
 from cdpr.fmu.read.options import FmuFile
 from cdpr.link.options import PeerOptions
@@ -258,7 +258,9 @@ def output_of(entry: Registered, controller: Controller, commands: Sequence[str]
     """
     name, declared = entry.info.name, controller.output or entry.info.properties.get("output", "wrench")
     if not isinstance(declared, str) or declared not in OUTPUTS:
-        raise PluginError(f"controller '{name}' declares the output {declared!r}; known are {', '.join(OUTPUTS)}")
+        raise PluginError(
+            f"controller '{name}' declares the output {short_repr(declared)}; known are {', '.join(OUTPUTS)}"
+        )
     stage = stage_of_output(declared, commands)
     if stage is None:
         taken = " or ".join(f"a {each}" for each in dict.fromkeys(commands))

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cdpr.base.errors import PluginError
+from cdpr.base.problems import short_repr
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array, read_only
 from cdpr.native.bind import bind
@@ -41,7 +42,9 @@ def period_of(controller: Controller) -> int:
     period: Any = getattr(controller, "period", 1)
     if isinstance(period, bool) or not isinstance(period, int | np.integer) or period < 1:
         name = type(controller).__name__
-        raise PluginError(f"{name}.period: expected a whole number of control steps, at least 1, got {period!r}")
+        raise PluginError(
+            f"{name}.period: expected a whole number of control steps, at least 1, got {short_repr(period)}"
+        )
     return int(period)
 
 

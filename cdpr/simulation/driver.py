@@ -13,6 +13,7 @@ from itertools import count
 from typing import Any
 
 from cdpr.base.errors import CdprError
+from cdpr.base.problems import shown
 from cdpr.log.recorder import BLOCK
 from cdpr.log.run import Run
 from cdpr.model.arrays import checked
@@ -295,12 +296,9 @@ class Driver:
         self.changed({"paused": paused})
 
     def request_step(self, n: int = 1) -> None:
-        """Simulate some control steps and pause.
-
-        Many steps are simulated in portions by `advance`. Other requests wait, except `INTERRUPTING` and `URGENT` ones.
-        """
+        """Simulate some control steps and pause; only requests in `INTERRUPTING` and `URGENT` do not wait for them."""
         if type(n) is not int or not 1 <= n <= MOST_STEPS:
-            raise CdprError(f"step: expected a whole number from 1 to {MOST_STEPS}, got {n!r}")
+            raise CdprError(f"step: expected a whole number from 1 to {MOST_STEPS}, got {shown(n)}")
         self.check_unfinished()
         if self.requests.pending(URGENT):
             raise CdprError(INTERRUPTED.format(n))

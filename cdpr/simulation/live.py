@@ -13,6 +13,7 @@ from typing import Any, TypeVar
 from numpy.typing import ArrayLike
 
 from cdpr.base.errors import CdprError
+from cdpr.base.problems import shown
 from cdpr.log.files import is_name
 from cdpr.model.arrays import checked
 from cdpr.scenario.events import ScenarioEvent
@@ -200,7 +201,7 @@ class Interventions(ABC):
             OutputError: if it cannot be written.
         """
         if not isinstance(path, str | os.PathLike) or not is_name(path):
-            raise CdprError(f"save: expected the name of a file, got {path!r}")
+            raise CdprError(f"save: expected the name of a file, got {shown(path)}")
         with self._exclusive("save"):
             self._runner.session.save(Path(path), self._runner.samples)
 

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 from cdpr.base import tolerances
 from cdpr.base.errors import CdprError, PlantEnded, one_line
 from cdpr.base.lazy import late
+from cdpr.base.problems import shown
 from cdpr.log.run import Run
 from cdpr.log.run_folder import RunFolder
 from cdpr.model.arrays import checked
@@ -215,7 +216,7 @@ class Simulation(Branches):
         self._ready()
         known = isinstance(time, Real) and not isinstance(time, bool) and np.isfinite(float(time))
         if not known or time < self.time * (1.0 - tolerances.TIME):
-            raise CdprError(f"until: expected at least the current time, {self.time:g} s, got {time!r}")
+            raise CdprError(f"until: expected at least the current time, {self.time:g} s, got {shown(time)}")
         period = self.scenario.simulation.control_step
         last = min(first_sample(time, period), self._last)
         self._go(last, None)
@@ -226,7 +227,7 @@ class Simulation(Branches):
         The row is read-only and live: copy values to keep them. An exception of an observer ends the run as failed.
         """
         if not callable(observer):
-            raise CdprError(f"observe: expected a function of a row, got {observer!r}")
+            raise CdprError(f"observe: expected a function of a row, got {shown(observer)}")
         self._observers.append(observer)
 
     def reset(self, state: ArrayLike | None = None, *, seed: int | None = None) -> None:
@@ -358,5 +359,5 @@ class Simulation(Branches):
 def _steps(n: object) -> int:
     """Return a number of steps, at least 1, as an int."""
     if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1:
-        raise CdprError(f"step: expected a whole number of steps, at least 1, got {n!r}")
+        raise CdprError(f"step: expected a whole number of steps, at least 1, got {shown(n)}")
     return int(n)

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from cdpr.base.errors import PluginError
+from cdpr.base.problems import short_repr
 from cdpr.log.header import BODIES, Header
 from cdpr.scenario import Scenario
 from cdpr.scenario.events import ScenarioEvent, mass_changes
@@ -30,10 +31,10 @@ def works_of(scenario: Scenario) -> tuple[tuple[str, str], ...]:
     found: dict[str, str] = {}
     for owner, declared in _declared(scenario):
         if not isinstance(declared, Mapping) or not all(isinstance(name, str) for name in declared.values()):
-            raise PluginError(f"{owner}: works: expected a mapping of sources and columns, got {declared!r}")
+            raise PluginError(f"{owner}: works: expected a mapping of sources and columns, got {short_repr(declared)}")
         for source, name in declared.items():
             if not isinstance(source, str) or not source:
-                raise PluginError(f"{owner}: works: expected a source with a name, got {source!r}")
+                raise PluginError(f"{owner}: works: expected a source with a name, got {short_repr(source)}")
             if found.get(source, name) != name:
                 raise PluginError(f"{owner}: works: another part declares the source '{source}' already")
             if name and (name not in columns or (columns[name].width, columns[name].unit) != (1, "J")):

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from cdpr.base.errors import Diverged, Infeasible, PluginError, SolverFailed
+from cdpr.base.problems import short_repr
 from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
 from cdpr.native.bind import bind
@@ -214,7 +215,9 @@ class TensionStage:
         try:
             return Status(code)
         except ValueError:
-            raise PluginError(f"solver '{self._name}' returned {code!r}, which is not a cdpr.tension.Status") from None
+            raise PluginError(
+                f"solver '{self._name}' returned {short_repr(code)}, which is not a cdpr.tension.Status"
+            ) from None
 
     def _replace(self, code: int, answered: bool) -> None:
         """Apply the policy if the solver gave no answer, or none that passed the checks."""

@@ -29,7 +29,7 @@ def winched(model: str) -> Robot:
     return replace(robot, cables=cables, cable_model=model)
 
 
-def winches_pull_as_commanded(subject: BackendSubject) -> None:
+def winches_pull_as_reported(subject: BackendSubject) -> None:
     """Reported tensions contain winch friction and inertia. These tensions, not commands, cause motion and work."""
     models = subject.properties.get("cable_models", ())
     wound = [name for name, chain in MODELS.items() if not chain.immediate]
@@ -61,4 +61,4 @@ def winches_pull_as_commanded(subject: BackendSubject) -> None:
         subject.close(backend)
 
 
-CHECKS = [Check(winches_pull_as_commanded)]
+CHECKS = [Check(winches_pull_as_reported)]

@@ -8,6 +8,7 @@ from time import perf_counter
 import numpy as np
 
 from cdpr.base.errors import CdprError, PluginError
+from cdpr.base.problems import short_repr
 from cdpr.mechanics import dynamics, kinematics
 from cdpr.model import Robot, rotations
 from cdpr.model.robot import Array, frozen_array
@@ -78,10 +79,10 @@ def period_is_whole(subject: ControllerSubject) -> str:
     """`period` is an integer of at least 1 (control steps). `output` is an allowed value."""
     controller = subject.make(samples.braced())
     output = controller.output or subject.properties.get("output", "wrench")
-    expect(output in OUTPUTS, f"output {output!r}: expected one of {', '.join(OUTPUTS)}")
+    expect(output in OUTPUTS, f"output {short_repr(output)}: expected one of {', '.join(OUTPUTS)}")
     period = controller.period
     whole = isinstance(period, int | np.integer) and not isinstance(period, bool) and period >= 1
-    expect(whole, f"period {period!r}: expected a whole number from 1 on")
+    expect(whole, f"period {short_repr(period)}: expected a whole number from 1 on")
     return f"output {output}, every {period} control steps"
 
 

@@ -273,12 +273,13 @@ def controller_checks(
     return _cases("controller", name, options, expected_failures)
 
 
-def check_plugin(role: Role, name: str) -> list[CheckResult]:
+def check_plugin(role: Role, name: str, begin: Callable[[str], object] = str) -> list[CheckResult]:
     """Check an installed plugin with its declared properties and default options.
 
     Args:
         role: "backend", "controller" or "solver".
         name: name of the installed plugin.
+        begin: function that gets the id of each check before the check begins.
 
     Returns:
         The result of each check, in the order of the checks.
@@ -292,7 +293,11 @@ def check_plugin(role: Role, name: str) -> list[CheckResult]:
         >>> {result.outcome for result in results} <= {"passed", "n/a"}
         True
     """
-    return [case.carry_out() for case in _cases(role, name, None, NOTHING)]
+    results = []
+    for case in _cases(role, name, None, NOTHING):
+        begin(str(case))
+        results.append(case.carry_out())
+    return results
 
 
 def _cases(role: Role, name: str, options: Any, expected_failures: Mapping[str, str]) -> list[Case[Any]]:

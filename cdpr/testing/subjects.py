@@ -11,7 +11,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.base.errors import PluginError
+from cdpr.base.errors import PluginError, one_line
+from cdpr.base.problems import short_repr
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend, Column, Controller, ControllerInputs, Environment, TensionSolver
@@ -19,7 +20,7 @@ from cdpr.plugins.controller import COMMANDS
 from cdpr.plugins.registry import with_arrays
 from cdpr.tension import Status
 from cdpr.testing import samples
-from cdpr.testing.check import NotApplicable, expect
+from cdpr.testing.check import Failed, NotApplicable, expect
 from cdpr.testing.samples import GRAVITY, Problem
 
 # Convex cost of tensions, given lowest and highest tensions, each (m,), N.
@@ -57,9 +58,16 @@ class _Subject:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, *_: object) -> None:
+    def __exit__(self, kind: object, error: object, trace: object) -> None:
+        """Close all; a failure of `close` is reported unless the check has failed already."""
+        failed = None
         while self._open:
-            self._open.pop().close()
+            try:
+                self._open.pop().close()
+            except Exception as fault:
+                failed = failed or fault
+        if failed is not None and error is None:
+            raise Failed(f"close raised {one_line(failed)}") from failed
 
 
 class BackendSubject(_Subject):
@@ -129,7 +137,9 @@ class SolverSubject(_Subject):
         if isinstance(declared, str):
             module, _, name = declared.partition(":")
             declared = getattr(import_module(module), name)
-        expect(declared is None or callable(declared), f"declares the cost {declared!r}, which is not a function")
+        expect(
+            declared is None or callable(declared), f"declares the cost {short_repr(declared)}, which is not a function"
+        )
         return declared
 
     @property
@@ -144,7 +154,7 @@ def solve(solver: TensionSolver, problem: Problem) -> tuple[int, Array]:
     status = solver.solve(problem.W, problem.wrench, problem.t_min, problem.t_max, tension)
     expect(
         isinstance(status, (int, np.integer)) and not isinstance(status, bool) and status in list(Status),
-        f"returned {status!r}, which is not a cdpr.tension.Status",
+        f"returned {short_repr(status)}, which is not a cdpr.tension.Status",
     )
     sound = np.isfinite(problem.W).all() and np.isfinite(problem.wrench).all()  # the stage rejects non-finite input
     expect(status != Status.OK or not sound or np.isfinite(tension).all(), "OK, but not every tension is written")

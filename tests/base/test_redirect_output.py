@@ -98,6 +98,20 @@ def test_no_file_of_a_command_gets_the_number_of_a_closed_stream(tmp_path, close
     assert int((tmp_path / "file").read_text()) > 2
 
 
+CHILD = """
+import os, sys
+from cdpr.base.redirect_output import open_closed_streams
+open_closed_streams()
+open(sys.argv[1], "w").write(str([os.get_inheritable(fd) for fd in range(3)]))
+"""
+
+
+@pytest.mark.parametrize("closed", [(0,), (1,), (2,), (0, 1, 2)], ids=str)
+def test_child_processes_inherit_the_streams_in_place_of_closed_ones(tmp_path, closed):
+    run_without(closed, "-c", CHILD, str(tmp_path / "result"))
+    assert (tmp_path / "result").read_text() == "[True, True, True]"
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(bool(registry().get("backend", "bullet").missing), reason="pybullet is not installed")
 def test_a_run_on_bullet_without_streams(tmp_path):

@@ -13,6 +13,7 @@ from scenario_cases import (
 )
 
 from cdpr.base.errors import ScenarioError
+from cdpr.config import describe
 from cdpr.scenario import load_scenario
 
 pytestmark = pytest.mark.core
@@ -107,3 +108,13 @@ def test_unknown_keys_are_reported_also_for_plugins_without_options():
     line = line_of(text, "speed: 3")
     column = text.splitlines()[line - 1].index("speed") + 1
     assert problem(text) == (f"a.yaml:{line}:{column}: solver.speed: unknown key 'speed': allowed: type, infeasible")
+
+
+def test_sections_are_searched_once_for_many_unknown_keys(monkeypatch):
+    searched = []
+    levels = describe._levels
+    monkeypatch.setattr(describe, "_levels", lambda *nodes: searched.append(nodes) or levels(*nodes))
+    unknown = {"robot": {f"unknown{k}": k for k in range(30)}, **{f"unknown{k}": k for k in range(30)}}
+    with pytest.raises(ScenarioError):
+        load_scenario(unknown)
+    assert len(searched) <= 2  # the file, unless an earlier test has searched it, and its robot

@@ -388,6 +388,6 @@ MUTANTS = {
         {},
         ["held_directions_stay", "guided_wrench_accelerates", "spherical_origin_stays", "spherical_wrench_accelerates"],
     ),
-    IdealAnyway: ({"cable_models": ["ideal", "elastic"]}, ["winches_pull_as_commanded"]),
+    IdealAnyway: ({"cable_models": ["ideal", "elastic"]}, ["winches_pull_as_reported"]),
     WrongHinge: ({}, ["guided_state_round_trip", "spherical_state_round_trip"]),
 }

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import json
+import os
 import re
+import signal
 from functools import partial
 
 import pytest
+from click.testing import CliRunner
 from command_line import cdpr_here
 from pydantic import ValidationError
 from spread import sampled
@@ -22,6 +25,8 @@ from cdpr.testing import (
     solver_answers,
     solver_checks,
 )
+from cdpr.testing.check import Check
+from cdpr.ui.cli import cli
 
 FORMS = {"backend": backend_checks, "solver": solver_checks, "controller": controller_checks}
 
@@ -158,6 +163,45 @@ class Remembering(TensionSolver):
 class Silent(Controller):
     def control(self, time, state, desired, out):
         out[:] = 0.0
+
+
+class Unclosable(Silent):
+    def close(self):
+        raise ValueError("no handle")
+
+
+class Unusable(Unclosable):
+    def control(self, time, state, desired, out):
+        raise ValueError("no answer")
+
+
+class Unprintable(Silent):
+    def control(self, time, state, desired, out):
+        raise UnprintableError
+
+
+class UnprintableError(Exception):
+    def __str__(self):
+        raise RuntimeError
+
+
+@pytest.mark.parametrize(
+    ("plugin", "detail"),
+    [
+        (Unclosable, "close raised ValueError: no handle"),
+        (Unusable, "raised ValueError: no answer"),
+        (Unprintable, "raised UnprintableError"),
+    ],
+)
+def test_failures_of_plugins_are_described(plugin, detail):
+    (result,) = check_controller(plugin, only=["output_is_complete"])
+    assert (result.outcome, result.detail) == ("failed", detail)
+
+
+def test_an_interrupt_shows_the_running_check(monkeypatch):
+    monkeypatch.setattr(Check, "carry_out", lambda *_: os.kill(os.getpid(), signal.SIGINT))
+    interrupted = CliRunner().invoke(cli, ["check", "controller", "static"])
+    assert "interrupted in the check output_is_complete" in interrupted.output
 
 
 def test_plugins_that_require_options_report_it():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import multiprocessing
 import os
 
@@ -10,8 +11,10 @@ from fmu_cases import ELF, make_fmu
 
 from cdpr.base import ownership
 from cdpr.base.errors import FmuError, OutputError
+from cdpr.fmu.export import archive
 from cdpr.fmu.read import trust
 from cdpr.fmu.read.archive import open_archive
+from cdpr.log.files import ExistingFileError
 
 
 @pytest.fixture
@@ -207,3 +210,12 @@ def test_a_huge_list_is_not_read(plant, monkeypatch):
     trust.add("1" * 64, "one")
     with pytest.raises(FmuError, match="more than"):
         trust.trusted()
+
+
+def test_an_exported_fmu_under_a_second_name_is_trusted(home, monkeypatch):
+    (home / "plant.fmu").write_text("of another process")
+    monkeypatch.setattr("os.path.lexists", lambda _: False)  # created after the check
+    monkeypatch.setattr(archive, "fmu_bytes", lambda *_: b"content")
+    with pytest.raises(ExistingFileError, match=r"written to '.*plant-2\.fmu'"):
+        archive.write_fmu(None, 3, home / "plant.fmu")
+    assert hashlib.sha256((home / "plant-2.fmu").read_bytes()).hexdigest() in trust.trusted()

@@ -80,7 +80,7 @@ def test_its_cpu_time_is_limited():
 
 @pytest.mark.parametrize("seconds", [0.0, -1.0, float("nan"), float("inf")])
 def test_seconds_that_are_no_bound_are_refused(seconds):
-    with pytest.raises(CdprError, match="seconds: expected a number above 0"):
+    with pytest.raises(CdprError, match="seconds: expected a number greater than 0"):
         bounded(forever, "a.xml", seconds)
 
 

@@ -7,6 +7,7 @@ import re
 import runpy
 import shutil
 import subprocess
+from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
@@ -303,3 +304,12 @@ def test_names_are_those_that_ros_takes(robot, package):
 def test_files_beside_the_scenario_are_refused(name, said):
     with pytest.raises(FormatError, match=said):
         packages(cdpr.load_scenario(ROOT / "scenarios" / f"{name}.yaml"))
+
+
+def test_of_two_exports_into_one_folder_only_the_first_writes(tmp_path, monkeypatch):
+    monkeypatch.setattr(Path, "iterdir", lambda _: iter(()))  # the other one begins after the check
+    (tmp_path / "README.md").write_text("of another export")
+    with pytest.raises(OutputError, match="exists already and is not empty"):
+        cdpr.export(SCENARIO, "ros2", tmp_path)
+    assert os.listdir(tmp_path) == ["README.md"]
+    assert (tmp_path / "README.md").read_text() == "of another export"

@@ -221,7 +221,7 @@ def test_it_changes_no_more_than_the_position_does():
 
 
 def test_without_a_diameter_there_is_none():
-    with pytest.raises(CdprError, match=r"cable 'cable_1' has no diameter: .*--cable-diameter"):
+    with pytest.raises(CdprError, match=r"cable 'cable_1' has no diameter: .*a `diameter`"):
         clearance(robot_of("caroca"))
     with pytest.raises(CdprError, match="diameter: expected a length of at least 0 m, got nan"):
         clearance(robot_of("caroca"), diameter=math.nan)

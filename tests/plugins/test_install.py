@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import os
+import re
 import shutil
 import subprocess
 from pathlib import Path
@@ -28,7 +29,7 @@ print(library.compiler, product[0, 2])
 
 @pytest.fixture
 def checkout(tmp_path):
-    """A copy of what is installed, to be edited."""
+    """A copy of what is installed, to be edited; with one table of kernels, for all of them take minutes to compile."""
     tree = tmp_path / "tree"
     tree.mkdir()
     for name in PACKAGES:
@@ -36,7 +37,21 @@ def checkout(tmp_path):
         shutil.copytree(ROOT / name, tree / name, ignore=ignored)
     for name in BUILD:
         shutil.copy(ROOT / name, tree / name)
+    keep_table(tree / "cdpr" / "native", "mathematics")
     return tree
+
+
+def keep_table(native, kept):
+    """Leave out all tables of kernels but one."""
+    listing = (native / "table.cpp").read_text()
+    for file in (native / "tables").glob("*.cpp"):
+        if file.stem != kept:
+            file.unlink()
+            listing, lines = re.subn(
+                rf"^(extern const cdpr_group |    &){file.stem}[;,]\n", "", listing, flags=re.MULTILINE
+            )
+            assert lines == 2, file.stem
+    (native / "table.cpp").write_text(listing)
 
 
 def printed(folder, code, **more):

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from conftest import ROOT
+from need_cases import FMU_OPTIONS, exports
 from pydantic import Field, create_model
 
 import cdpr
@@ -19,14 +20,12 @@ from cdpr.base.needs import EVERYWHERE, UNDECLARED, USES, Needs, no
 from cdpr.cables import MODELS
 from cdpr.cables.chain import Chain
 from cdpr.formats.write.export_model import begin, left_out
-from cdpr.formats.write.native import native_files
 from cdpr.formats.write.ros2 import packages
 from cdpr.link.peer import greeting_of
 from cdpr.scenario import check
 from cdpr.scenario.needs import declarations, in_use, part_declarations
 from cdpr.scenario.schema import ScenarioSection
 from cdpr.simulation.build import build
-from cdpr.simulation.exported import control_of
 from cdpr.simulation.needs import omitted, require, supported
 from cdpr.ui.cli import cli
 from cdpr.ui.gui.session import SimulationSession
@@ -97,12 +96,7 @@ def test_a_cable_part_without_declaration_is_found(monkeypatch):
 def consumers(scenario, tmp_path):
     """Return a call of each use."""
     return {
-        "controller_fmu": lambda: control_of(scenario),
-        "native": lambda: native_files(scenario),
-        "ros2": lambda: packages(scenario),
-        "mjcf": lambda: begin(scenario, "mjcf"),
-        "sdf": lambda: cdpr.export(scenario, "sdf", tmp_path / "toy.sdf"),
-        "urdf": lambda: cdpr.export(scenario, "urdf", tmp_path / "toy.urdf"),
+        **exports(scenario, tmp_path),
         "rollout": lambda: cdpr.rollout(scenario, 1, vary={"controller.kp": [80.0]}),
         "batch": lambda: cdpr.Batch(scenario, 1),
         "live": lambda: drive(scenario, None),
@@ -113,6 +107,7 @@ def consumers(scenario, tmp_path):
 
 def test_each_use_rejects_a_section_without_declaration(loaded, tmp_path):
     scenario = loaded()
+    assert {*consumers(scenario, tmp_path), *FMU_OPTIONS, "threads"} >= set(USES)
     for use, call in consumers(scenario, tmp_path).items():
         with pytest.raises(ScenarioError, match=r"toy.yaml:4:\d+: medium.density: not supported by ") as told:
             call()

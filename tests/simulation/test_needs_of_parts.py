@@ -8,6 +8,7 @@ import pytest
 from click.testing import CliRunner
 from conftest import ROOT
 from moving_anchors import Carriage
+from need_cases import FMU_OPTIONS, exports
 
 import cdpr
 from cdpr.analysis.jobs.cases import Case
@@ -16,11 +17,8 @@ from cdpr.base.errors import PluginError, ScenarioError
 from cdpr.base.needs import EVERYWHERE, USES, Needs, left_out, no, of_loop_part, of_moving_anchors
 from cdpr.formats.write.export_model import begin
 from cdpr.formats.write.export_model import left_out as left_out_of
-from cdpr.formats.write.native import native_files
-from cdpr.formats.write.ros2 import packages
 from cdpr.simulation import loop_parts
 from cdpr.simulation.build import build, faults
-from cdpr.simulation.exported import control_of
 from cdpr.simulation.loop_part import LoopPart
 from cdpr.simulation.needs import omitted, require, supported
 from cdpr.simulation.works import works_of
@@ -50,18 +48,6 @@ def loop(monkeypatch):
     return load
 
 
-def exports(scenario, tmp_path):
-    """Return a call of each export."""
-    return {
-        "controller_fmu": lambda: control_of(scenario),
-        "native": lambda: native_files(scenario),
-        "ros2": lambda: packages(scenario),
-        "mjcf": lambda: begin(scenario, "mjcf"),
-        "sdf": lambda: cdpr.export(scenario, "sdf", tmp_path / "toy.sdf"),
-        "urdf": lambda: cdpr.export(scenario, "urdf", tmp_path / "toy.urdf"),
-    }
-
-
 def test_exports_reject_a_part_that_declares_nothing(loop, tmp_path):
     scenario = loop(Toy, Helpful)
     for use, call in exports(scenario, tmp_path).items():
@@ -71,7 +57,7 @@ def test_exports_reject_a_part_that_declares_nothing(loop, tmp_path):
         assert APART.format(USES[use]) in line
 
 
-@pytest.mark.parametrize("options", [[], ["--with-controller"], ["--controller"]])
+@pytest.mark.parametrize("options", FMU_OPTIONS.values())
 def test_fmu_export_writes_no_fmu_without_a_part(loop, tmp_path, options):
     loop(Toy)
     target = tmp_path / "toy.fmu"

@@ -24,7 +24,7 @@ def pip(folder, command, *words, **more):
                 (needed / entry.name).symlink_to(entry.path)
     venv = folder / "builder"
     if not venv.exists():
-        subprocess.run([sys.executable, "-m", "venv", venv], check=True)
+        subprocess.run([sys.executable, "-m", "venv", "--without-pip", venv], check=True)  # pip is in `needed`
     offline = ["--no-deps", "--no-index", "--no-build-isolation"]
     env = {**os.environ, "PYTHONPATH": str(needed), "PIP_DISABLE_PIP_VERSION_CHECK": "1", **more}
     words = [venv / "bin" / "python", "-m", "pip", command, *offline, *words]

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 from cdpr.analysis.bench.poison import POISON
 from cdpr.analysis.bench.problems import Problems
 from cdpr.base.errors import one_line
+from cdpr.base.problems import short_repr
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.plugins import CompiledSolver, TensionSolver
@@ -124,7 +125,7 @@ def solve_one(solver: TensionSolver, W: Array, wrench: Array, t_min: Array, t_ma
 def _checked(returned: Any) -> int:
     if isinstance(returned, (int, np.integer)) and not isinstance(returned, bool) and returned in list(Status):
         return int(returned)
-    raise SolverCallFailed(f"returned {returned!r}, which is not a cdpr.tension.Status")
+    raise SolverCallFailed(f"returned {short_repr(returned)}, which is not a cdpr.tension.Status")
 
 
 @contextmanager

@@ -108,6 +108,11 @@ def evaluate(figure: Figure, robot: Robot, place: Place) -> Value:
     section = figure.section
     if section.extent:
         return Value(float(np.ptp(robot.anchors[:, "xyz".index(section.extent)])))
+    if section.diameter is None and "diameter" in kind_of(section.kind).takes:
+        for cable in robot.cables:
+            if cable.diameter is None:  # the assumed one would depend on the candidate
+                need = "give the robot cable.diameter, or the figure its diameter (m)"
+                raise CdprError(f"cable '{cable.name}' has no diameter: {need}")
     if section.volume:
         assert place.region is not None
         return Value(workspace(robot, section.volume, place.region, figure.question, jobs=1).volume)

@@ -58,7 +58,7 @@ def load_design(path: Source, *, evaluations: int | None = None) -> Design:
         <Design design_box: 8 variables, 1 goals>
     """
     if evaluations is not None and not 1 <= evaluations <= MAX_EVALUATIONS:
-        raise CdprError(f"evaluations: expected a whole number from 1 to {MAX_EVALUATIONS}, got {evaluations!r}")
+        raise CdprError(f"evaluations: expected a whole number from 1 to {MAX_EVALUATIONS}, got {shown(evaluations)}")
     problems = Problems()
     document, robot = open_with(path, "design", "robot", load_robot, problems)
     section = validate(DesignFile, document.data, document, problems)

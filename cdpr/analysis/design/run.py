@@ -17,6 +17,7 @@ from cdpr.analysis.design.search import require, run_search, size
 from cdpr.analysis.jobs.folder import JobFolder
 from cdpr.base.checksums import opened
 from cdpr.base.errors import CdprError, LogError, OutputError
+from cdpr.base.problems import shown
 from cdpr.base.version import VERSION
 from cdpr.log.run_folder import folder_name
 from cdpr.native.operations import kernels_version
@@ -67,7 +68,7 @@ def run_design(
         <Designed design_box: 2 candidates, 1 feasible>
     """
     if jobs < 1:
-        raise CdprError(f"jobs: expected a whole number from 1 on, got {jobs!r}")
+        raise CdprError(f"jobs: expected a whole number from 1 on, got {shown(jobs)}")
     versions = versions_of(design)
     given, n = design.section.optimizer, len(design.targets)
     path = folder_name(out)

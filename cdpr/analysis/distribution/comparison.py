@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from cdpr.base.problems import short_repr
 from cdpr.model.robot import Array, read_only
 from cdpr.tension.checks import LIMIT_TOLERANCE, allowed_residual, newton
 from cdpr.tension.compiled import accept_tension
@@ -96,7 +97,7 @@ def _answer_of(problem: Problem, contestant: Contestant) -> Answer:
     try:
         status = Status(code)
     except ValueError:
-        return Answer(name, None, f"returned {code!r}, which is not a status", seconds=seconds)
+        return Answer(name, None, f"returned {short_repr(code)}, which is not a status", seconds=seconds)
     if status != Status.OK:
         wrong = status == Status.INFEASIBLE and problem.feasible
         return Answer(name, status, REASONS[status] + wrong * "; but such tensions exist", not wrong, seconds=seconds)

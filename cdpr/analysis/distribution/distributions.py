@@ -11,13 +11,15 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pydantic import BaseModel
 
 from cdpr.analysis.distribution.batch import Batch, Rows
 from cdpr.analysis.distribution.single import distribute_single
-from cdpr.analysis.distribution.source import DOWN, robot_and_gravity
+from cdpr.analysis.distribution.source import DOWN, options_of, robot_and_gravity
 from cdpr.base import tolerances
 from cdpr.base.defaults import SOLVER
 from cdpr.base.errors import CdprError, PluginError
+from cdpr.base.problems import shown
 from cdpr.base.threads import in_threads
 from cdpr.cables.tables import line_table
 from cdpr.mechanics import dynamics
@@ -29,7 +31,7 @@ from cdpr.native.bind import bind
 from cdpr.plugins import CompiledSolver, TensionSolver
 from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.registry import registry
-from cdpr.scenario.loader import AnyRobot
+from cdpr.scenario.loader import AnyRobot, robot_or_scenario
 from cdpr.tension import Status
 from cdpr.tension.current_sample import Present
 from cdpr.tension.stage import StageSolver, TensionStage
@@ -89,7 +91,7 @@ def distribute(
         wrenches: (6,) or (K, 6), wrenches of the cables on the platform at its origin (N, N m, world axes); by default
             the wrenches that balance `gravity` at rest.
         solver: name of an installed solver, or a solver object for this robot.
-        options: options of a solver given by name.
+        options: options of a solver given by name; by default the scenario's, if this is its solver.
         gravity: (3,), m/s^2, world; by default the scenario's, or the earth's.
         tension_min: (m,) or (K, m), N, lowest tensions instead of the robot's.
         tension_max: (m,) or (K, m), N, highest tensions instead of the robot's.
@@ -114,9 +116,10 @@ def distribute(
         >>> many.feasible
         array([ True, False])
     """
-    robot, gravity = robot_and_gravity(robot, gravity)
+    loaded = robot if type(robot) is Robot else robot_or_scenario(robot)
+    robot, gravity = robot_and_gravity(loaded, gravity)
     if jobs is not None and (isinstance(jobs, bool) or not isinstance(jobs, Integral) or jobs < 1):
-        raise CdprError(f"jobs: expected a whole number of threads, at least 1, got {jobs!r}")
+        raise CdprError(f"jobs: expected a whole number of threads, at least 1, got {shown(jobs)}")
     if isinstance(solver, str) and gravity is DOWN:
         one = distribute_single(robot, solver, options, (poses, wrenches, tension_min, tension_max), gravity)
         if one is not None:
@@ -125,7 +128,8 @@ def distribute(
             if code not in CODES:
                 _check_statuses(np.array([code]), solver)
             return Distribution(tension, Status(int(code)), *rest)
-    chosen, respects_bounds = _solver(robot, solver, options)
+    own = options_of(loaded, solver) if options is None else None
+    chosen, respects_bounds = _solver(robot, solver, options, own)
     pose = _rows(poses, 7, "poses")
     wrench = None if wrenches is None else _rows(wrenches, 6, "wrenches")
     low = _rows(robot.tension_min if tension_min is None else tension_min, robot.m, "tension_min")
@@ -169,13 +173,15 @@ def _check_statuses(codes: Array, solver: object) -> None:
         raise PluginError(f"solver '{name}' returned {unknown[0]:g}, which is not a cdpr.tension.Status")
 
 
-def _solver(robot: Robot, solver: Any, options: Mapping[str, Any] | None) -> tuple[TensionSolver, bool]:
-    """Return the solver, and True if it declares that it respects the limits."""
+def _solver(
+    robot: Robot, solver: Any, options: Mapping[str, Any] | None, own: BaseModel | None
+) -> tuple[TensionSolver, bool]:
+    """Return the solver, and True if it declares that it respects the limits; `own` are checked options."""
     if options is not None and not isinstance(options, Mapping):
-        raise CdprError(f"options: expected a mapping of names to values, got {options!r}")
+        raise CdprError(f"options: expected a mapping of names to values, got {shown(options)}")
     if isinstance(solver, str):
         entry = registry().get("solver", solver)
-        created = entry.make(robot, entry.read_options(options or {}))
+        created = entry.make(robot, own or entry.read_options(options or {}))
         return created, _respects_bounds(entry.info.properties)
     if not isinstance(solver, TensionSolver):
         given = f"the class {solver.__name__}" if isinstance(solver, type) else f"a {type(solver).__name__}"

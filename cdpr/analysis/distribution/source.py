@@ -1,8 +1,9 @@
-"""Robot and gravity of a distribution, from any description of a robot."""
+"""Robot, gravity and solver options of a distribution, from any description of a robot."""
 
 from __future__ import annotations
 
 from numpy.typing import ArrayLike
+from pydantic import BaseModel
 
 from cdpr.model import Robot
 from cdpr.scenario import Scenario
@@ -24,3 +25,10 @@ def robot_and_gravity(source: AnyRobot, gravity: ArrayLike | None) -> tuple[Robo
     if isinstance(loaded, Scenario):
         return loaded.controlled_robot, loaded.gravity if gravity is None else gravity
     return loaded, DOWN if gravity is None else gravity
+
+
+def options_of(loaded: Robot | Scenario, solver: object) -> BaseModel | None:
+    """Return a scenario's options of the solver with this name; None if it has another one, or for a robot."""
+    if not isinstance(loaded, Scenario) or loaded.solver.type != solver:
+        return None
+    return loaded.solver_options

@@ -16,8 +16,9 @@ from pydantic import TypeAdapter
 from cdpr.analysis.jobs.cases import Outcome
 from cdpr.base.checksums import opened, sealed
 from cdpr.base.errors import LogError, OutputError
+from cdpr.base.incomplete import is_temporary_of
 from cdpr.base.locks import Lock, lock, open_to_lock
-from cdpr.log.files import is_temporary_of, replace, unwritable
+from cdpr.log.files import replace, unwritable
 from cdpr.log.run import FORESEEN
 from cdpr.log.run_json import to_json
 

@@ -11,11 +11,11 @@ import numpy as np
 
 from cdpr.analysis.sizing.demands import LEAST, Demands, demands, drum_radii
 from cdpr.analysis.sizing.duty import Duty
+from cdpr.base.defaults import SAFETY
 from cdpr.base.errors import CdprError
+from cdpr.base.problems import shown
 from cdpr.mechanics.reach import Reach, bounds_of, plain_columns
 from cdpr.model import Robot
-
-SAFETY = 5.0  # default ratio of a cable's breaking load to its largest tension
 
 # Relative tolerance of tension limits, as in solvers: logged tensions are decimal.
 REACHED = 1e-9
@@ -93,7 +93,7 @@ def sizing(duties: Sequence[Duty], safety: float = SAFETY) -> Sizing:
     if not duties:
         raise CdprError("expected at least one scenario or run")
     if not isinstance(safety, int | float) or not 1.0 <= safety < math.inf:
-        raise CdprError(f"safety: expected a number from 1 on, got {safety!r}")
+        raise CdprError(f"safety: expected a number from 1 on, got {shown(safety)}")
     first = duties[0].robot
     names = tuple(cable.name for cable in first.cables)
     for duty in duties[1:]:

@@ -9,7 +9,8 @@ from cdpr.analysis.distribution import distribute
 from cdpr.analysis.workspace.measure import Measured, Mode, measure
 from cdpr.analysis.workspace.question import Question, directions
 from cdpr.base.errors import CdprError
-from cdpr.mechanics.clearance import clearance
+from cdpr.mechanics.assumed_diameters import assumption, with_diameters
+from cdpr.mechanics.clearance import Clearance, clearance
 from cdpr.mechanics.stiffness import SLACK, inertia, stiffness
 from cdpr.model import Robot
 from cdpr.model.rank import RANK_TOLERANCE, significant
@@ -31,9 +32,15 @@ def payload(robot: Robot, poses: Array, question: Question, jobs: int | None = N
     return _exerted(robot, poses, question, jobs, "payload")
 
 
+def bodies_of(robot: Robot, question: Question) -> Clearance:
+    """Return the bodies that cables may touch; cables without a diameter have the assumed one, rigid legs do not."""
+    assume = question.diameter is None and robot.unilateral
+    return clearance(with_diameters(robot) if assume else robot, question.obstacles, question.diameter)
+
+
 def free(robot: Robot, poses: Array, question: Question, jobs: int | None = None) -> Measured:
     """Return the smallest clearance of cables, m."""
-    value, which = clearance(robot, question.obstacles, question.diameter).at(poses, jobs)
+    value, which = bodies_of(robot, question).at(poses, jobs)
     return Measured(value, _ones(value), _no(value), which)
 
 
@@ -101,7 +108,7 @@ def frequency(robot: Robot, poses: Array, question: Question, jobs: int | None =
 def limits(robot: Robot, question: Question, numbers: list[int], *, bodies: bool) -> dict[str, str]:
     """Return the names of the limiting bodies or directions by number."""
     if bodies:
-        among = clearance(robot, question.obstacles, question.diameter)
+        among = bodies_of(robot, question)
         return {str(number): among.name(number) for number in numbers}
     names = directions(robot)
     return {str(number): names[number] for number in numbers if number >= 0}
@@ -114,7 +121,9 @@ def notes(robot: Robot, question: Question, *, bodies: bool) -> list[str]:
         return [f"{few}: the wrench matrix is rank-deficient at every pose"]
     if not bodies:
         return []
-    among, texts = clearance(robot, question.obstacles, question.diameter), []
+    among, texts = bodies_of(robot, question), []
+    if question.diameter is None and (assumed := assumption(robot)):
+        texts.append(assumed.removeprefix(", "))
     if among.sharing:
         pairs = ", ".join(f"{first} and {second}" for first, second in among.sharing)
         texts.append(f"share an anchor, so their other ends count: {pairs}")

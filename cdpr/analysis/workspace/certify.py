@@ -20,6 +20,7 @@ from cdpr.analysis.workspace.measure import pose_question
 from cdpr.analysis.workspace.question import Question
 from cdpr.analysis.workspace.regions import Region
 from cdpr.base.errors import CdprError
+from cdpr.base.problems import shown
 from cdpr.base.threads import in_threads
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.kinematics import make_state
@@ -231,7 +232,7 @@ def _check(robot: Robot, kind: WorkspaceKind, question: Question, undecided: flo
         known = ", ".join(each.name for each in KINDS.values() if each.proved)
         raise CdprError(f"method: certify supports {known}, not {kind.name}; use grid or octree")
     if not 0.0 <= undecided < 1.0:
-        raise CdprError(f"undecided: expected a share from 0 to below 1, got {undecided!r}")
+        raise CdprError(f"undecided: expected a share from 0 to below 1, got {shown(undecided)}")
     for cable in robot.cables:
         if cable.exit is not None and cable.exit.header:
             raise CdprError(

@@ -35,7 +35,8 @@ from cdpr.analysis.workspace.question import Question
 from cdpr.analysis.workspace.regions import PIECE, Region
 from cdpr.base.checksums import checksum, sealed
 from cdpr.base.errors import CdprError, Interrupted, LogError, OutputError
-from cdpr.log.files import TEMPORARY, make_folder
+from cdpr.base.incomplete import TEMPORARY
+from cdpr.log.files import make_folder
 from cdpr.log.files import replace as write
 from cdpr.log.run_folder import folder_name
 from cdpr.model import Robot

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from cdpr.analysis.workspace.kinds import combined
 from cdpr.analysis.workspace.result import Workspace
 from cdpr.base.errors import CdprError
+from cdpr.base.problems import shown
 
 Inside = NDArray[np.bool_]
 
@@ -30,7 +31,7 @@ def combine(first: Workspace, how: str, second: Workspace) -> Workspace:
         CdprError: if cells or attitudes differ.
     """
     if how not in HOW:
-        raise CdprError(f"how: expected one of {', '.join(HOW)}, got {how!r}")
+        raise CdprError(f"how: expected one of {', '.join(HOW)}, got {shown(how)}")
     here, there = first.region, second.region
     if here.shape != there.shape or not all(
         np.array_equal(a, b) for a, b in ((here.lower, there.lower), (here.upper, there.upper))

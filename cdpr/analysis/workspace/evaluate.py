@@ -16,6 +16,7 @@ from cdpr.analysis.workspace.question import Question
 from cdpr.analysis.workspace.regions import PIECE, Region
 from cdpr.analysis.workspace.required import NOTHING
 from cdpr.base.errors import CdprError
+from cdpr.base.problems import shown
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.kinematics import make_state
 from cdpr.model import Robot
@@ -103,7 +104,7 @@ def checked_question(
         CdprError: if it is invalid.
     """
     if over not in ("all", "any"):
-        raise CdprError(f"over: expected all or any of the orientations, got {over!r}")
+        raise CdprError(f"over: expected all or any of the orientations, got {shown(over)}")
     known = [each.name for each in fields(Question)]
     for name in options:
         if name not in known:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from cdpr.analysis.workspace.octree import CellResults
 from cdpr.analysis.workspace.regions import Region
 from cdpr.base.errors import CdprError
+from cdpr.base.problems import shown
 from cdpr.model.robot import Array
 
 RAYS = 2562  # default: a volume error of a hundredth for curved boundaries
@@ -109,7 +110,7 @@ def hull(
         CdprError: if `rays` is out of range.
     """
     if not 4 <= rays <= MOST_RAYS:
-        raise CdprError(f"rays: expected a whole number from 4 to {MOST_RAYS}, got {rays!r}")
+        raise CdprError(f"rays: expected a whole number from 4 to {MOST_RAYS}, got {shown(rays)}")
     within = bool(((home >= region.lower) & (home <= region.upper)).all())
     if within and evaluate(home[None]).inside[0]:
         centre = home

@@ -12,6 +12,7 @@ from cdpr.analysis.workspace.question import Question
 from cdpr.analysis.workspace.required import NOTHING, Required
 from cdpr.base.errors import CdprError
 from cdpr.base.nearest import did_you_mean
+from cdpr.base.problems import shown
 from cdpr.model import Robot
 
 Needs = Literal["", "wrenches", "accelerations"]
@@ -161,5 +162,5 @@ def kind_of(name: object) -> WorkspaceKind:
     """
     if not isinstance(name, str) or name not in KINDS:
         hint = did_you_mean(name, KINDS) if isinstance(name, str) else ""
-        raise CdprError(f"kind: unknown workspace {name!r}: {hint}allowed: {', '.join(KINDS)}")
+        raise CdprError(f"kind: unknown workspace {shown(name)}: {hint}allowed: {', '.join(KINDS)}")
     return KINDS[name]

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from cdpr.analysis.distribution.distributions import check_unit
 from cdpr.analysis.workspace.required import FORMS, NOTHING, Required
 from cdpr.base.errors import CdprError
+from cdpr.base.problems import shown
 from cdpr.base.threads import in_threads
 from cdpr.cables.tables import line_table
 from cdpr.model import Robot
@@ -142,9 +143,9 @@ def pose_question(
         CdprError: if an argument is invalid.
     """
     if mode not in get_args(Mode):
-        raise CdprError(f"mode: expected one of {', '.join(get_args(Mode))}, got {mode!r}")
+        raise CdprError(f"mode: expected one of {', '.join(get_args(Mode))}, got {shown(mode)}")
     if length is not None and not 0.0 < length < math.inf:
-        raise CdprError(f"length: expected a length above 0 m, got {length!r}")
+        raise CdprError(f"length: expected a length above 0 m, got {shown(length)}")
     low, high = robot.tension_min, robot.tension_max
     if mode == "closure":  # stronger cables can exceed their limits
         low, high = np.zeros(robot.m), np.ones(robot.m)

@@ -10,6 +10,7 @@ import numpy as np
 
 from cdpr.analysis.workspace.required import NOTHING, Required
 from cdpr.base.errors import CdprError
+from cdpr.base.problems import shown
 from cdpr.model import Robot
 from cdpr.model.arrays import checked
 from cdpr.model.robot import DOF_NAMES, Array, read_only
@@ -26,7 +27,8 @@ class Question:
         length: divisor of moments, m; the robot's characteristic length by default.
         at_least: smallest value inside; that of the kind by default.
         obstacles: bodies that cables may touch, besides each other and their platform.
-        diameter: diameter of all cables, m; their own by default.
+        diameter: diameter of all cables, m; by default their own, and 10 mm or less if they have none
+            (`cdpr.mechanics.assumed_diameters`).
         axial_stiffness: E A of all cables, N; their own by default.
         direction: degree of freedom, such as "z", of the stiffness; the softest direction by default.
     """
@@ -46,11 +48,11 @@ class Question:
         for name, unit in (("length", "m"), ("axial_stiffness", "N")):
             value = getattr(self, name)
             if value is not None and not 0.0 < value < math.inf:
-                raise CdprError(f"{name}: expected a number above 0 {unit}, got {value!r}")
+                raise CdprError(f"{name}: expected a number above 0 {unit}, got {shown(value)}")
         if self.at_least is not None and not math.isfinite(self.at_least):
-            raise CdprError(f"at_least: expected a finite number, got {self.at_least!r}")
+            raise CdprError(f"at_least: expected a finite number, got {shown(self.at_least)}")
         if self.direction is not None and self.direction not in robot.dof:
-            raise CdprError(f"direction: expected one of {', '.join(robot.dof)}, got {self.direction!r}")
+            raise CdprError(f"direction: expected one of {', '.join(robot.dof)}, got {shown(self.direction)}")
 
     def arm(self, robot: Robot) -> float:
         """Return the divisor of moments, m."""

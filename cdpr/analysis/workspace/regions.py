@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from cdpr.base import tolerances
 from cdpr.base.errors import CdprError
+from cdpr.base.problems import shown
 from cdpr.mechanics.properties import home_pose
 from cdpr.model import Robot
 from cdpr.model.arrays import checked
@@ -156,9 +157,12 @@ def _shape(cells: int | Sequence[int] | None, extent: Array) -> tuple[int, int, 
     """Return the number of cells along x, y, z."""
     if masked(cells):
         raise CdprError(f"cells: {MASKED}")
-    several = np.atleast_1d(CELLS if cells is None else cells)
+    try:
+        several = np.atleast_1d(CELLS if cells is None else cells)
+    except Exception:  # of a foreign class, or a list that contains itself
+        several = np.empty(0)
     if several.shape not in ((1,), (3,)) or several.dtype.kind not in "iu" or several.min() < 1:
-        raise CdprError(f"cells: expected one or three whole numbers from 1 on, got {cells!r}")
+        raise CdprError(f"cells: expected one or three whole numbers from 1 on, got {shown(cells)}")
     counts = [int(n) for n in several]
     if len(counts) == 1:
         counts = [max(1, round(counts[0] * side / extent.max())) for side in extent.tolist()]

@@ -32,7 +32,7 @@ from cdpr.base.checksums import check_archive, seal_archive, validated
 from cdpr.base.errors import CdprError, LogError
 from cdpr.base.problems import shown
 from cdpr.log.files import replacing
-from cdpr.mechanics.clearance import Clearance, clearance
+from cdpr.mechanics.clearance import Clearance
 from cdpr.mechanics.properties import home_pose
 from cdpr.model import Robot
 from cdpr.model.arrays import shape_text
@@ -283,7 +283,7 @@ def workspace(
         raise CdprError("region: give either a region, or lower, upper, cells and orientations")
     whole = checked_question(chosen, robot, question, over, options)
     if method not in METHODS:
-        raise CdprError(f"method: expected one of {', '.join(METHODS)}, got {method!r}")
+        raise CdprError(f"method: expected one of {', '.join(METHODS)}, got {shown(method)}")
     if region.cells > MOST_CELLS:
         text = "which a table in memory holds; in chunks, --chunks, a folder may hold as many as its disk"
         raise CdprError(f"cells: {region.cells} cells are more than {MOST_CELLS}, {text}")
@@ -354,7 +354,7 @@ def _bodies(robot: Robot, kind: WorkspaceKind, question: Question) -> Clearance:
         raise CdprError(f"method: rays are for ifcow, not for {kind.name}; take grid, octree or hull")
     if kind.slope_of(robot) is None:
         raise CdprError("method: rays are for cables that leave from points; take grid or octree")
-    return clearance(robot, question.obstacles, question.diameter)
+    return answers.bodies_of(robot, question)
 
 
 def verdicts(found: Workspace, robot: Robot, poses: Array) -> tuple[NDArray[np.bool_], Array, Array]:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from cdpr.analysis.workspace.regions import PIECE, Region
 from cdpr.base.errors import CdprError
+from cdpr.base.problems import shown
 from cdpr.model import Robot, rotations
 from cdpr.model.robot import Array
 
@@ -69,7 +70,7 @@ def check_turns(robot: Robot, region: Region, about: object) -> None:
     free = [name for name in ABOUT if name in robot.dof]
     if about not in free:
         known = f"expected one of {', '.join(free)}" if free else "this robot does not turn"
-        raise CdprError(f"about: {known}, got {about!r}")
+        raise CdprError(f"about: {known}, got {shown(about)}")
     if len(region.orientations) > 1:
         raise CdprError("orientations: turns begin in one attitude")
 

@@ -19,7 +19,7 @@ from cdpr.fmu.export.description import IDENTIFIER, build_description, configura
 from cdpr.fmu.export.library import FLAGS, NATIVE, SOURCE, library, sources, target
 from cdpr.fmu.export.variables import Model
 from cdpr.fmu.read import trust
-from cdpr.log.files import NAME_OR_FORCE_IN_PYTHON, make_folder, replacing, require_new
+from cdpr.log.files import NAME_OR_FORCE_IN_PYTHON, ExistingFileError, make_folder, replacing, require_new
 
 # earliest time that a zip archive supports
 EPOCH = (1980, 1, 1, 0, 0, 0)
@@ -62,8 +62,13 @@ def write_fmu(
     """
     require_new(out, force, remedy)
     content = fmu_bytes(model, fmi, source_only, platforms)
-    _write(out, content, force=force)
     sha256 = hashlib.sha256(content).hexdigest()
+    try:
+        _write(out, content, force=force)
+    except ExistingFileError:  # it was written beside it
+        if not source_only:
+            trust.add(sha256, out.name)
+        raise
     if not source_only:
         trust.add(sha256, out.name)
     return sha256

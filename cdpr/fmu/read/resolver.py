@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from cdpr.base.errors import FmuError
 from cdpr.base.nearest import did_you_mean, nearest
+from cdpr.base.problems import short_repr
 from cdpr.fmu.read.candidates import NUMBERED, Candidate, Finder, unique
 from cdpr.fmu.read.conversion import convert, declares
 from cdpr.fmu.read.model import REALS, Element, ModelDescription
@@ -82,7 +83,7 @@ class Resolver:
         elements = self._explicit(source, self._count(signal), signal)
         if source.order is not None:
             if signal.components != WXYZ or source.order not in ("wxyz", "xyzw"):
-                raise FmuError(f"only quaternions have an order, wxyz or xyzw, got {source.order!r}")
+                raise FmuError(f"only quaternions have an order, wxyz or xyzw, got {short_repr(source.order)}")
             if source.order == "xyzw":
                 elements = [elements[3], *elements[:3]]
         return self._port(signal, elements, source, "given")
@@ -221,7 +222,9 @@ def _axes(order: str | None) -> str:
     axes = (order or "").lower()
     sound = len(axes) == 3 and set(axes) <= set(XYZ) and axes[0] != axes[1] != axes[2]
     if order is None or not sound or order not in (axes, axes.upper()):
-        raise FmuError(f"needs `order`, the axes as in scipy: upper case moving (XYZ), lower case fixed; got {order!r}")
+        raise FmuError(
+            f"needs `order`, the axes as in scipy: upper case moving (XYZ), lower case fixed; got {short_repr(order)}"
+        )
     return order
 
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr.base.errors import FmuError
+from cdpr.base.problems import shown
 from cdpr.base.units import alike, known_unit, si
 from cdpr.fmu.export import Plant
 from cdpr.fmu.read.model import REALS, Element, ModelDescription, Variable
@@ -153,7 +154,7 @@ def _typed(variable: Variable, value: Value, where: str) -> Value:
         return float(value)
     expected: type = str if variable.kind == "String" else bool if variable.kind == "Boolean" else int
     if variable.kind in FLOATS or type(value) is not expected:
-        raise FmuError(f"{where}: expected a value of the kind {variable.kind}, got {value!r}")
+        raise FmuError(f"{where}: expected a value of the kind {variable.kind}, got {shown(value)}")
     if expected is int and not _fits(variable.kind, int(value)):
         raise FmuError(f"{where}: {value} is beyond what a variable of the kind {variable.kind} can hold")
     return value

@@ -17,6 +17,7 @@ import numpy as np
 from cdpr.base import defaults
 from cdpr.base.colours import COLOURS
 from cdpr.base.errors import FormatError
+from cdpr.base.problems import short_repr
 from cdpr.formats.read.import_options import Choice
 from cdpr.formats.read.imported import Imported, Motion, slug
 from cdpr.formats.read.inertia import filled
@@ -165,7 +166,9 @@ def _frame(found: Imported, node: Node) -> dict[str, Any]:
     if isinstance(kind, str) and kind in FRAMES:
         drawn["shape"] = FRAMES[kind]
     else:
-        found.left_out.append(f"{node.document.source}:{node.line}: frame.type: {kind!r}; boxes and posts are drawn")
+        found.left_out.append(
+            f"{node.document.source}:{node.line}: frame.type: {short_repr(kind)}; boxes and posts are drawn"
+        )
     if (colour := _colour(found, node)) is not None:
         drawn["colour"] = colour
     return drawn
@@ -177,7 +180,7 @@ def _colour(found: Imported, node: Node) -> str | None:
         return None
     if str(value).lower() in COLOURS:
         return str(value).lower()
-    found.left_out.append(f"{node.document.source}:{(node / 'color').line}: color: {value!r} is unknown")
+    found.left_out.append(f"{node.document.source}:{(node / 'color').line}: color: {short_repr(value)} is unknown")
     return None
 
 

@@ -20,6 +20,7 @@ from cdpr.base.errors import CdprError, FormatError, OutputError
 from cdpr.base.fields import MAX_MAGNITUDE
 from cdpr.base.files import UnreadableError
 from cdpr.base.files import read as read_bytes
+from cdpr.base.problems import shown
 from cdpr.formats.read import FORMATS
 from cdpr.formats.read.import_options import Choice
 from cdpr.formats.read.imported import Imported, Motion
@@ -27,6 +28,7 @@ from cdpr.formats.read.limits import SECONDS, bounded
 from cdpr.formats.read.unread import report
 from cdpr.formats.read.xml import parse
 from cdpr.log.files import create, replace, unwritable
+from cdpr.model.frozen import given_name, given_numbers
 from cdpr.scenario.loader import load_robot, load_scenario
 from cdpr.scenario.schema import Simulation
 from cdpr.scenario.template.commented import with_comments
@@ -126,7 +128,7 @@ def import_file(
         2
     """
     if not isinstance(path, str | os.PathLike):
-        raise CdprError(f"import_file(path=): expected a file name, got {path!r}")
+        raise CdprError(f"import_file(path=): expected a file name, got {shown(path)}")
     file = Path(path)
     choice = _choice(cable_set, trajectory, tension)
 
@@ -209,10 +211,15 @@ def _warm() -> None:
 
 
 def _choice(cable_set: str | None, trajectory: str | None, tension: tuple[float, float] | None) -> Choice:
-    if tension is not None and not 0.0 <= tension[0] < tension[1] <= MAX_MAGNITUDE:
-        raise CdprError(
-            f"tension: expected 0 <= MIN < MAX <= {MAX_MAGNITUDE:g} N, got {tension[0]:g} and {tension[1]:g}"
-        )
+    if tension is not None:
+        low, high = given_numbers(tension, 2, "tension")
+        if not 0.0 <= low < high <= MAX_MAGNITUDE:
+            raise CdprError(f"tension: expected 0 <= MIN < MAX <= {MAX_MAGNITUDE:g} N, got {low:g} and {high:g}")
+        tension = low, high
+    if cable_set is not None:
+        given_name(cable_set, "cable_set")
+    if trajectory is not None and not isinstance(trajectory, str | os.PathLike):
+        raise CdprError(f"trajectory: expected the name of a file, got {shown(trajectory)}")
     return Choice(cable_set, None if trajectory is None else Path(trajectory), tension)
 
 

@@ -24,6 +24,7 @@ from typing import Any, NoReturn, TypeVar
 
 from cdpr.base import processes
 from cdpr.base.errors import CdprError, FormatError
+from cdpr.model.frozen import given_number
 
 SECONDS = 10.0  # default CPU time
 WALL = 12.0  # wall time relative to CPU time, at least a minute: margin for busy machines and deadlocks
@@ -45,8 +46,7 @@ def bounded(call: Callable[[], Result], path: str, seconds: float = SECONDS) -> 
     Raises:
         FormatError: if a limit is exceeded or the process dies.
     """
-    if not 0.0 < seconds < math.inf:
-        raise CdprError(f"seconds: expected a number above 0, got {seconds:g}")
+    seconds = given_number(seconds, "seconds", above=0.0)
     if not APART:
         return call()
     for stream in (sys.stdout, sys.stderr):
@@ -83,10 +83,7 @@ def _forked(path: str) -> tuple[int, int, int]:
         for end in ends:
             os.close(end)
         reason = error.strerror or error
-        raise CdprError(
-            f"{path}: cannot start a process to read it: {reason}; close other programs, or raise "
-            "`ulimit -u` and `ulimit -n`"
-        ) from error
+        raise CdprError(f"{path}: cannot start a process to read it: {reason}; {processes.FEWER}") from error
 
 
 def _result(content: bytes, path: str, code: int, seconds: float) -> Any:

@@ -66,7 +66,7 @@ def export(
         caroca.xml True
     """
     known = [*TARGETS, PACKAGES, NATIVE, *EXPORTS]
-    if to not in known:
+    if not isinstance(to, str) or to not in known:
         hint = did_you_mean(to, known) if isinstance(to, str) else ""
         raise FormatError(f"export(to=): expected one of {', '.join(known)}, got {shown(to)}; {hint}".rstrip("; "))
     for name in options:

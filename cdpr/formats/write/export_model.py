@@ -97,7 +97,7 @@ def export(subject: Subject, to: str, options: Options | None = None) -> str:
     """
     if to not in TARGETS:
         raise FormatError(
-            f"to: expected one of {', '.join(TARGETS)}, got {to!r}; {did_you_mean(to, TARGETS)}".rstrip("; ")
+            f"to: expected one of {', '.join(TARGETS)}, got {shown(to)}; {did_you_mean(to, TARGETS)}".rstrip("; ")
         )
     given = options or Options()
     for name, known in CHOICES.items():

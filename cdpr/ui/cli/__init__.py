@@ -18,7 +18,7 @@ from typing import Any
 
 import click
 
-from cdpr.base.errors import CdprError, ExitCode, OptionsLeftOut
+from cdpr.base.errors import CdprError, ExitCode, OptionsLeftOut, one_line
 from cdpr.base.nearest import did_you_mean
 from cdpr.base.version import VERSION
 from cdpr.ui.cli.streams import UNWRITABLE, printable_streams, streams
@@ -151,11 +151,17 @@ def main() -> None:
     except OSError as error:
         click.echo(f"{UNWRITABLE}: {error}", err=True)
         code = ExitCode.NOT_WRITABLE
+    except MemoryError as error:
+        if os.environ.get(DEBUG):
+            raise
+        reason = f" ({error})" if str(error) else ""
+        click.echo(f"not enough memory{reason}: reduce the task, or close other programs", err=True)
+        code = ExitCode.INTERNAL
     except Exception as error:
         if os.environ.get(DEBUG):
             raise
         click.echo(
-            f"internal error: {type(error).__name__}: {error}\n"
+            f"internal error: {one_line(error)}\n"
             f"This is a bug in cdpr or in a plugin, not in your input; set {DEBUG}=1 for a traceback.",
             err=True,
         )

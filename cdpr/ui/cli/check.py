@@ -12,6 +12,7 @@ import click
 from cdpr.base.errors import ExitCode
 from cdpr.base.redirect_output import redirect_output
 from cdpr.ui.cli.names import plugin_files
+from cdpr.ui.cli.progress import Progress
 
 if TYPE_CHECKING:
     from cdpr.plugins.registry import Role
@@ -25,13 +26,26 @@ if TYPE_CHECKING:
 def command(role: Role, name: str, as_json: bool) -> None:
     """Check an installed plugin against the rules of its role.
 
-    The exit code is 7 if any check fails. Times are shown but not judged.
+    The exit code is 7 if any check fails. Times are shown but not judged. A plugin that never returns has no time
+    limit: end the command with Ctrl-C, which shows the running check.
     """
     from cdpr.testing import check_plugin
     from cdpr.ui.report.text.aligned import table
 
-    with redirect_output():
-        results = check_plugin(role, name)
+    running = ""
+
+    def begin(check: str) -> None:
+        nonlocal running
+        running = check
+        display.show(check)  # remains if the plugin ends the process
+
+    try:
+        with redirect_output(), Progress() as display:
+            results = check_plugin(role, name, begin)
+    except KeyboardInterrupt:
+        if running:
+            click.echo(f"interrupted in the check {running}", err=True)
+        raise
     if as_json:
         rows = [dataclasses.asdict(result) for result in results]
         click.echo(json.dumps({"role": role, "name": name, "checks": rows}, indent=2))

@@ -57,18 +57,18 @@ def command(
         for name in what:
             if name.endswith((".yaml", ".yml")):
                 raise CdprError(f"{name}: is not a run: give either one SCENARIO, or only folders of finished runs")
-        from cdpr.analysis.compare.finished import compare_finished
         from cdpr.analysis.compare.job import RESERVED
+        from cdpr.analysis.verbs import compare
         from cdpr.log.run_folder import claim
 
-        result = compare_finished(what)
+        result = compare(what)
         if out is not None:
             claim(Path(out), RESERVED)
     else:
         from cdpr.analysis.jobs import forks
 
         forks.begin()
-        from cdpr.analysis.compare import job
+        from cdpr.analysis.verbs import compare
 
         counted = (0, 0)
 
@@ -79,9 +79,9 @@ def command(
 
         with terminating(), Progress("runs") as progress:
             try:
-                result = job.compare_scenario(
+                result = compare(
                     what[0],
-                    changes=changes,
+                    overrides=changes,
                     strict=strict,
                     backends=None if backends == "all" else names(backends),
                     solvers=None if solvers is None else names(solvers),

@@ -42,18 +42,19 @@ def command(
     """
     if resume and out is None:
         raise click.UsageError("--resume requires --out, the folder to continue")
-    from cdpr.analysis.design import load_design, run_design
+    from cdpr.analysis.design import load_design
+    from cdpr.analysis.verbs import design as run
     from cdpr.log.run_folder import new_folder
     from cdpr.ui.cli.progress import Progress, terminating
     from cdpr.ui.report.text.design import lines
 
     with terminating():
-        design = load_design(study, evaluations=evaluations)
-        folder = Path(out) if out else new_folder(design.name, "design")
+        loaded = load_design(study, evaluations=evaluations)
+        folder = Path(out) if out else new_folder(loaded.name, "design")
         with Progress("candidates") as progress:
             try:
-                found = run_design(
-                    design,
+                found = run(
+                    loaded,
                     folder,
                     jobs=jobs or len(os.sched_getaffinity(0)),
                     resume=resume,

@@ -63,6 +63,11 @@ class Progress:
         share = done / total if total else 1.0
         self._show(f"{bar(share, sys.stderr.encoding)} {text}" if self._terminal else text)
 
+    def show(self, text: str) -> None:
+        """Display a text at once, on a terminal only."""
+        if self._terminal:
+            self._show(text)
+
     def print_line(self, text: str) -> None:
         """Print a separate line."""
         self._clear()

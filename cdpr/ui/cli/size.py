@@ -4,20 +4,15 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import Any
 
 import click
 
-from cdpr.base.errors import CdprError, OutputError
+from cdpr.base.defaults import SAFETY
+from cdpr.base.errors import OutputError
+from cdpr.scenario.examples import is_run
 from cdpr.ui.cli.names import OutPath, change_keys, force_option, plugin_files
 from cdpr.ui.cli.numbers import Real
-
-if TYPE_CHECKING:
-    from cdpr.analysis.sizing import Duty
-    from cdpr.model import Robot
-    from cdpr.model.robot import Array
-
-CELLS = "10"
 
 
 @click.command("size")
@@ -26,7 +21,7 @@ CELLS = "10"
 @click.option(
     "--safety",
     type=Real(1.0),
-    default=5.0,
+    default=SAFETY,
     show_default=True,
     metavar="N",
     help="Ratio of breaking load to largest tension.",
@@ -75,26 +70,22 @@ def command(
         from cdpr.log.files import require_new
 
         require_new(target, force)
-    from cdpr.analysis.sizing import sizing, with_one_broken
+    if changes and (runs := [each for each in what if is_run(each)]):
+        raise click.UsageError(f"--set applies to scenarios, and {runs[0]} is a run")
+    from cdpr.analysis.verbs import size
     from cdpr.ui.report.text.sizing import lines
 
-    duties, gravities = [], []
     with Progress("load cases") as progress:
-        total = len(what) + (box is not None)
-        for each in what:
-            duty, gravity = _duty(each, changes)
-            duties.append(duty)
-            gravities.append(gravity)
-            progress(len(duties), total)
-        if box is not None:
-            duties.append(_over(duties[0].robot, gravities[0], box, (lower, upper, cells or CELLS)))
-        if broken:
-            total += sum(duty.robot.m for duty in duties)
-            for duty in list(duties):
-                for other in with_one_broken(duty):
-                    duties.append(other)
-                    progress(len(duties), total)
-    figures = sizing(duties, safety).to_dict()
+        found = size(
+            what,
+            safety=safety,
+            broken=broken,
+            progress=progress,
+            overrides=changes,
+            say=progress.print_line,
+            **_wrenches(box, lower, upper, cells),
+        )
+    figures = found.to_dict()
     if target is not None:
         from cdpr.log.files import make_folder, replace_markup
         from cdpr.ui.report.pages.sizing import render_sizing
@@ -110,38 +101,16 @@ def command(
         click.echo(str(target))
 
 
-def _duty(what: str, changes: tuple[str, ...]) -> tuple[Duty, Array]:
-    """Return the duty of a scenario file or a run, and its gravity."""
-    import numpy as np
-
-    from cdpr.analysis.sizing import Duty
-    from cdpr.scenario.examples import is_run
-
-    if is_run(what):
-        from cdpr.log.reader import load_run
-
-        if changes:
-            raise click.UsageError(f"--set applies to scenarios, and {what} is a run")
-        run = load_run(what)
-        return Duty.of_run(run, what), np.array(run.header.gravity)
-    from cdpr.scenario import Scenario
-    from cdpr.ui.cli.load import load_with_warnings
-
-    loaded = load_with_warnings(what, changes)
-    if not isinstance(loaded, Scenario):
-        raise CdprError(f"{what}: is a robot; expected a scenario or a run")
-    return Duty.of_scenario(loaded, what), np.array(loaded.world.gravity)
-
-
-def _over(robot: Robot, gravity: Array, box: str, place: tuple[str | None, str | None, str]) -> Duty:
-    from cdpr.analysis.sizing import over_workspace
+def _wrenches(box: str | None, lower: str | None, upper: str | None, cells: str | None) -> dict[str, Any]:
+    """Return the arguments of `cdpr.size` for --wrench-box."""
+    if box is None:
+        return {}
     from cdpr.analysis.workspace import box as box_of
-    from cdpr.analysis.workspace import region
     from cdpr.ui.cli.workspace_kind import cells_of, numbers_of
 
     low, high = (
         None if text is None else numbers_of(text, (3,), name)
-        for text, name in zip(place[:2], ("--lower", "--upper"), strict=True)
+        for text, name in ((lower, "--lower"), (upper, "--upper"))
     )
-    where = region(robot, lower=low, upper=high, cells=cells_of(place[2]))
-    return over_workspace(robot, where, box_of(numbers_of(box, (6,), "--wrench-box")), gravity)
+    required = box_of(numbers_of(box, (6,), "--wrench-box"))
+    return {"required": required, "lower": low, "upper": high, "cells": cells_of(cells)}

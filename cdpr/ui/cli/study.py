@@ -62,8 +62,9 @@ def command(
         from cdpr.analysis.jobs import forks
 
         forks.begin()
-    from cdpr.analysis.study import load_study, run_study
+    from cdpr.analysis.study import load_study
     from cdpr.analysis.study.folder import ended
+    from cdpr.analysis.verbs import study as run
     from cdpr.log.run_folder import new_folder
     from cdpr.ui.cli.progress import Progress, terminating
 
@@ -76,20 +77,15 @@ def command(
         if dry_run:
             _list(loaded, as_json)
             return
-        executor = None
-        if scheduler is not None:
-            from cdpr.analysis.jobs.cluster import executor as on_cluster
-
-            executor = on_cluster(scheduler)
         folder = Path(out) if out else new_folder(loaded.name, "study")
         with Progress("cases") as progress:
             try:
-                results = run_study(
+                results = run(
                     loaded,
                     folder,
-                    jobs=jobs or len(os.sched_getaffinity(0)),
+                    jobs=None if scheduler is not None else jobs or len(os.sched_getaffinity(0)),
                     timeout=timeout,
-                    executor=executor,
+                    scheduler=scheduler,
                     progress=progress,
                     say=progress.print_line,
                 )

@@ -3,24 +3,14 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from cdpr.base.defaults import SOLVER
 from cdpr.base.errors import PluginError
-from cdpr.base.redirect_output import redirect_output
 from cdpr.ui.cli.names import OutPath, change_keys, force_option, plugin_files, plugin_option, require_new_in
 from cdpr.ui.cli.names import names as listed
-
-if TYPE_CHECKING:
-    from pydantic import BaseModel
-
-    from cdpr.analysis.distribution.comparison import Contestant
-    from cdpr.model import Robot
-    from cdpr.plugins.registry import Registered
-    from cdpr.tension.stage import Solve
 
 
 @click.command("tension")
@@ -61,35 +51,27 @@ def command(
     of --pose is the robot's home, or the scenario's initial pose. Every answer is checked. With redundant cables, the
     command draws all admissible tensions; with more than two redundant cables, it draws the range of each tension.
     """
-    from cdpr.scenario import Scenario
     from cdpr.ui.cli.load import load_with_warnings
 
     if out is not None:
         require_new_in(out, ("tension.json", "tension.svg"), force)
     loaded = load_with_warnings(file, changes)
     # imported only after the file is valid, because it is slow
-    from cdpr.analysis.distribution.comparison import compare, describe
-    from cdpr.log.run_json import to_json
-    from cdpr.mechanics.dynamics import required_wrench
-    from cdpr.mechanics.kinematics import make_state
-    from cdpr.mechanics.properties import check_lengths
-    from cdpr.tension.problem import Problem
-    from cdpr.ui.cli.pose_option import parse_wrench, pose_and_gravity
+    from cdpr.analysis.distribution.solvers import compare_solvers
+    from cdpr.model import Robot
+    from cdpr.ui.cli.pose_option import parse_pose, parse_wrench
     from cdpr.ui.cli.progress import Progress
     from cdpr.ui.report.text.distributions import lines
 
-    robot, gravity, at, source = pose_and_gravity(loaded, pose)
-    check_lengths(robot, at)
-    if wrench is None:
-        load, whence = required_wrench(robot, make_state(at[:3], at[3:]), gravity), "holds the weight"
-    else:
-        load, whence = parse_wrench(wrench, robot), "--wrench"
-    own = (loaded.solver.type, loaded.solver_options) if isinstance(loaded, Scenario) else None
-    controlled = loaded.controlled_robot if isinstance(loaded, Scenario) else robot
-    problem = Problem(controlled, at, load)
-    with Progress("solvers") as progress, redirect_output():
-        answers = compare(problem, _contestants(names, controlled, own), progress)
-    figures = to_json(describe(problem, answers, source, whence))
+    robot = loaded if isinstance(loaded, Robot) else loaded.robot
+    at = None if pose is None else parse_pose(pose, robot)
+    load = None if wrench is None else parse_wrench(wrench, robot)
+    with Progress("solvers") as progress:
+        solvers = [one for text in names for one in listed(text)]
+        figures = compare_solvers(loaded, at, load, solvers=solvers, progress=progress)
+    for name, given in (("pose", at), ("wrench", load)):
+        if given is not None:
+            figures[name]["source"] = f"--{name}"
     if as_json:
         click.echo(json.dumps(figures, indent=2, allow_nan=False))
     else:
@@ -97,35 +79,6 @@ def command(
             click.echo(line)
     if out is not None or not as_json:
         _write(figures, out, force or out is None, quiet=as_json)
-
-
-def _contestants(names: Sequence[str], robot: Robot, own: tuple[str, BaseModel] | None) -> list[Contestant]:
-    """Return the solvers of --solver; `own` is that of the scenario, with its options.
-
-    Raises:
-        PluginError: if a named solver is unknown or lacks a package.
-    """
-    from cdpr.analysis.distribution.comparison import Contestant
-    from cdpr.plugins.registry import registry
-
-    found = registry()
-    chosen: dict[str, Registered] = {}
-    for name in (one for text in names for one in listed(text)):
-        for each in found.names("solver") if name == "all" else [name]:
-            chosen[each] = found.get("solver", each)
-            if name != "all":
-                chosen[each].load()
-
-    def contestant(name: str, entry: Registered) -> Contestant:
-        def make() -> Solve:
-            options = own[1] if own is not None and own[0] == name else entry.read_options({})
-            solve: Solve = entry.make(robot, options).solve
-            return solve
-
-        absent = f"not installed: {entry.remedy}" if entry.missing else ""
-        return Contestant(name, make, bool(entry.info.properties.get("respects_bounds", True)), absent)
-
-    return [contestant(name, entry) for name, entry in chosen.items()]
 
 
 def _write(figures: dict[str, Any], out: str | None, force: bool, *, quiet: bool) -> None:

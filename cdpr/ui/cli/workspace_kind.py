@@ -34,7 +34,11 @@ OWNERS = {"undecided": ("certify", "--undecided"), "n_rays": ("hull", "--rays"),
 # Options of some kinds by part of the question.
 SOME = {
     "diameter": click.option(
-        "--cable-diameter", "diameter", type=Real(0.0), metavar="M", help="Diameter of all cables, m. [the robot's]"
+        "--cable-diameter",
+        "diameter",
+        type=Real(0.0),
+        metavar="M",
+        help="Diameter of all cables, m. [the robot's, else 0.01]",
     ),
     "axial_stiffness": click.option(
         "--axial-stiffness",

@@ -188,3 +188,17 @@ def test_a_number_of_evaluations(tmp_path):
     assert load_design(path, evaluations=7).section.optimizer.evaluations == 7
     with pytest.raises(CdprError, match="evaluations: expected a whole number from 1 to"):
         load_design(path, evaluations=0)
+
+
+def test_a_clearance_requires_a_diameter(tmp_path):
+    design = {
+        "robot": "caroca",
+        "goal": {"maximise": "clearance"},
+        "poses": [{"position": [0, 0, 1.2]}],
+        "vary": [{"key": "platform.mass", "bounds": [100, 200]}],
+        "figures": {"clearance": {"least": "ifcow"}},
+    }
+    with pytest.raises(CdprError, match=r"cable_1' has no diameter: give .*, or the figure its diameter \(m\)"):
+        cdpr.design(design, tmp_path / "without", evaluations=1)
+    design["figures"]["clearance"]["diameter"] = 0.01
+    assert len(cdpr.design(design, tmp_path / "with", evaluations=1).rows) == 2

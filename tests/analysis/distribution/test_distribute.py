@@ -161,7 +161,7 @@ def test_wrong_input_is_reported(robot, arguments, error, text):
         ({"jobs": 0}, "jobs: expected a whole number of threads, at least 1, got 0"),
         ({"jobs": -1}, "got -1"),
         ({"jobs": 1.5}, "got 1.5"),
-        ({"jobs": True}, "got True"),
+        ({"jobs": True}, "got true"),
         ({"gravity": np.zeros((2, 3))}, r"gravity: the shape must be \(3,\), got \(2, 3\)"),
         ({"tension_max": [100.0]}, r"tension_max: the shape must be \(8,\) or \(K, 8\), got \(1,\)"),
         ({"tension_min": [-1.0] * 8}, "tension_min: below zero, but cables cannot push"),

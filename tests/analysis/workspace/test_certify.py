@@ -6,6 +6,7 @@ import dataclasses
 import json
 import os
 from fractions import Fraction
+from functools import cache
 
 import exact
 import numpy as np
@@ -31,6 +32,7 @@ BOX = box([20, 20, 20, 2, 2, 2])
 ROUNDING = 1e-9
 
 
+@cache  # several tests look at the same proofs, which take seconds
 def certified(name, kind="static", undecided=0.2, robot=None, **asked):
     robot = robot or robot_of(name)
     found = workspace(robot, kind, region(robot, cells=12), method="certify", undecided=undecided, **asked)
@@ -66,7 +68,7 @@ def contradicted(found, robot, positions, proved):
     "name", ["cogiro", "caroca", "ipanema_1", "planar", "point_mass", "planar_point_mass", "seven"]
 )
 def test_nothing_is_proved_that_is_not_so(name):
-    found, robot = certified(name)
+    found, robot = certified(name, "static")
     assert set(np.unique(found.proofs.proved)) >= {INSIDE, OUTSIDE} or name in ("caroca", "planar_point_mass")
     assert contradicted(found, robot, *samples(found, 20_000)) == 0
     shares = found.proofs.shares()
@@ -116,7 +118,7 @@ def test_several_attitudes(over):
 
 @pytest.mark.slow
 def test_cells_show_the_boxes_and_the_file_holds_them(tmp_path):
-    found, _ = certified("cogiro")
+    found, _ = certified("cogiro", "static")
     at = found.proofs.at(found.region.positions(np.arange(found.region.cells))).reshape(found.inside.shape)
     assert np.array_equal(at == INSIDE, found.inside)
     assert np.array_equal(at == NEITHER, found.boundary)
@@ -133,7 +135,7 @@ def test_cells_show_the_boxes_and_the_file_holds_them(tmp_path):
 
 @pytest.mark.slow
 def test_threads_and_programs_agree():
-    found, robot = certified("planar")
+    found, robot = certified("planar", "static")
     alone = workspace(robot, "static", found.region, method="certify", undecided=0.2, jobs=1)
     assert np.array_equal(alone.proofs.proved, found.proofs.proved)
     agreement = compare(found, robot, 200)
@@ -225,11 +227,17 @@ def test_forces_in_rational_arithmetic(kind, asked, verdict):
     assert failed == 0
 
 
+@cache
+def bare_robot():
+    """A robot whose platform has no shape, so that only cables can touch."""
+    robot = robot_of("cogiro")
+    return dataclasses.replace(robot, platform=dataclasses.replace(robot.platform, shape=None))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("verdict", [INSIDE, OUTSIDE])
 def test_clearances_in_rational_arithmetic(verdict):
-    robot = robot_of("cogiro")
-    robot = dataclasses.replace(robot, platform=dataclasses.replace(robot.platform, shape=None))
+    robot = bare_robot()
     found, _ = certified("", "ifcow", 0.2, robot=robot, diameter=0.3)
     positions, _ = samples(found, CHECKED, verdict=verdict)
     thick, q, failed = Fraction(0.3) ** 2, found.region.orientations[0], 0

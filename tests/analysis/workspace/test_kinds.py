@@ -192,10 +192,30 @@ def test_mismatches_are_reported(two):
     )
 
 
+def test_cables_without_a_diameter_have_the_assumed_one_with_a_note():
+    done = cli("workspace", "ifcow", CAROCA, "--cells", "4")
+    assert "with an assumed cable diameter of 10 mm" in done.stdout
+    assumed, given, thin = (
+        workspace("caroca", "ifcow", cells=4, **options) for options in ({}, {"diameter": 0.01}, {"diameter": 0.0})
+    )
+    notes, others = assumed.summary()["notes"], given.summary()["notes"]
+    assert notes == ["with an assumed cable diameter of 10 mm", *others]
+    assert np.array_equal(assumed.value, given.value)
+    assert (assumed.value < thin.value).all()
+    robot = robot_of("caroca")
+    thick = robot.replace(cables=[cable.replace(diameter=0.3) for cable in robot.cables])
+    assert workspace(thick, "ifcow", cells=4).summary()["notes"] == others
+
+
+def test_rigid_legs_have_no_assumed_diameter():
+    legs = robot_of("caroca").replace(unilateral=False)
+    with pytest.raises(CdprError, match=r"has no diameter: give the robot cable.diameter, or a `diameter`"):
+        workspace(legs, "ifcow", cells=3)
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["ifcow"], "cable 'cable_1' has no diameter: give the robot cable.diameter, or set --cable-diameter (m)"),
         (["stiffness"], "cable 'cable_1' has no axial_stiffness: give the robot cable.axial_stiffness"),
         (
             ["stiffness", "--axial-stiffness", "1e5", "--direction", "up"],

@@ -106,3 +106,27 @@ def test_the_line_of_progress_is_still_written_anew(capsys):
 def test_json_stays_json(tmp_path, said):
     make_fmu(tmp_path / EVIL)
     assert json.loads(said("fmu", "info", EVIL, "--json", code=0))["file"] == EVIL
+
+
+class UnprintableError(Exception):
+    def __str__(self):
+        raise RuntimeError
+
+
+@pytest.mark.parametrize(
+    ("error", "text"),
+    [
+        (MemoryError("Unable to allocate 9 GiB"), "not enough memory (Unable to allocate 9 GiB): reduce the task"),
+        (MemoryError(), "not enough memory: reduce the task"),
+        (UnprintableError(), "internal error: UnprintableError\n"),
+    ],
+)
+def test_failures_end_without_a_traceback(monkeypatch, capsys, error, text):
+    def fail(**_):
+        raise error
+
+    monkeypatch.setattr("cdpr.ui.cli.cli.main", fail)
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert end.value.code == 1
+    assert capsys.readouterr().err.startswith(text)

@@ -15,7 +15,7 @@ import yaml
 from cdpr.base.errors import CdprError, FormatError, OutputError
 from cdpr.base.problems import dotted
 from cdpr.formats.write.native import HEADER, NUMBERS, native_files
-from cdpr.log.files import replace
+from cdpr.log.files import create, replace
 from cdpr.scenario import Scenario
 from cdpr.scenario.named_files import files_of_scenario
 from cdpr.simulation.needs import omitted, require
@@ -35,6 +35,7 @@ LAYOUT = {
     "CMakeLists.txt": "{name}_interfaces/CMakeLists.txt",
     "DistributeWrench.srv": "{name}_interfaces/srv/DistributeWrench.srv",
 }
+FIRST = LAYOUT["README.md"]  # file that is written first
 CONTROL = {
     "control_package.xml": "{name}_control/package.xml",
     "control_CMakeLists.txt": "{name}_control/CMakeLists.txt",
@@ -59,9 +60,13 @@ def write_ros2(scenario: Scenario, folder: Path) -> tuple[list[Path], list[str]]
     content, left_out = packages(scenario)
     try:
         if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-            raise OutputError(f"{folder}: exists already and is not empty: choose another, or empty it")
+            raise FileExistsError
+        folder.mkdir(parents=True, exist_ok=True)
+        create(folder / FIRST, content[FIRST])  # exclusively: another process may write there, too
         for path in content:
             (folder / path).parent.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:
+        raise OutputError(f"{folder}: exists already and is not empty: choose another, or empty it") from None
     except OSError as error:
         raise OutputError(f"{folder}: cannot be written: {error.strerror or error}") from error
     for path, data in content.items():

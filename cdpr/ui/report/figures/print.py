@@ -9,6 +9,7 @@ from numbers import Real
 import numpy as np
 
 from cdpr.base.errors import CdprError
+from cdpr.base.problems import shown
 from cdpr.log.run import Run
 from cdpr.ui.report.figures.canvas import Axes, Chart, text_width
 from cdpr.ui.report.figures.chart import OnChart
@@ -54,7 +55,7 @@ def inches(width: str | float) -> float:
     elif isinstance(width, Real) and not isinstance(width, bool):
         value = float(width)
     if not NARROWEST <= value <= WIDEST:
-        raise CdprError(f"plot: width must be {allowed}, got {width!r}")
+        raise CdprError(f"plot: width must be {allowed}, got {shown(width)}")
     return value
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 from cdpr.base.errors import CdprError
 from cdpr.base.nearest import did_you_mean
+from cdpr.base.problems import short_repr
 from cdpr.log.run import Run
 from cdpr.ui.report.plots.panel import Curves, Panel
 from cdpr.ui.report.plots.run import by_name, tension_limits
@@ -33,7 +34,7 @@ def pick(run: Run, names: Sequence[str], cables: Cables | None = None) -> list[P
     for name in names:
         if not isinstance(name, str) or name not in known:
             hint = did_you_mean(name, known) if isinstance(name, str) else ""
-            raise CdprError(f"plot: unknown panel {name!r}; {hint}allowed: {', '.join(sorted(known))}")
+            raise CdprError(f"plot: unknown panel {short_repr(name)}; {hint}allowed: {', '.join(sorted(known))}")
     chosen = [known[name] for name in names]
     if cables is None:
         return chosen
@@ -60,7 +61,7 @@ def numbers(run: Run, cables: Cables) -> list[int]:
         else:
             hint = did_you_mean(cable, known) if isinstance(cable, str) else ""
             allowed = f"numbers from 1 to {len(known)}, and names: {', '.join(known)}"
-            raise CdprError(f"plot: unknown cable {cable!r}; {hint}allowed: {allowed}")
+            raise CdprError(f"plot: unknown cable {short_repr(cable)}; {hint}allowed: {allowed}")
     if not found:
         raise CdprError("plot: cables is empty: name some, or leave it out for all")
     return list(dict.fromkeys(found))

@@ -1,0 +1,199 @@
+"""Robots whose winches hold lengths or rates: resting poses against statics, limits, maps, uses and messages."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+import pytest
+from log_cases import same_bits
+from scipy.optimize import least_squares
+
+import cdpr
+from cdpr.model.cable import Winch
+
+ANCHORS = np.array([[-2.0, -2.0, 3.0], [2.0, -2.0, 3.0], [2.0, 2.0, 3.0], [-2.0, 2.0, 3.0]])
+GOAL = np.array([0.8, 0.5, 1.5])
+MASS, GRAVITY = 10.0, 9.81
+LOST = {2e3: 143.279, 2e4: 15.658, 2e5: 1.582}  # mm, closed-form statics of a camera robot whose drums hold lengths
+AT_REST = 1e-6  # m, required
+SERVO = {"type": "position", "drum_radius": 0.05, "inertia": 0.002, "velocity_gain": 1.0, "position_gain": 50.0}
+SERVO["integral_gain"] = 20.0
+INVERSE = {"type": "inverse_kinematics"}
+
+
+def camera(stiffness=2e4, winch=None, **changes):
+    """Return a platform on four lines that moves to GOAL in 1 s and then rests."""
+    data = {
+        "robot": {
+            "name": "camera",
+            "dof": ["x", "y", "z"],
+            "platform": {"mass": MASS},
+            "tension": {"min": 0, "max": 400},
+            "home": {"position": [0.0, 0.0, 1.0]},
+            "cable": {"model": "elastic", "axial_stiffness": stiffness, "damping": 0.35 * stiffness**0.5},
+            "winch": winch or {"type": "position"},
+            "cables": [{"frame": A.tolist(), "platform": [0, 0, 0]} for A in ANCHORS],
+        },
+        "simulation": {"backend": "reference", "duration": 8.0, "control_step": 0.002, "physics_step": 0.001},
+        "trajectory": {"type": "quintic", "duration": 1.0, "to": {"position": GOAL.tolist()}},
+        "controller": INVERSE,
+    }
+    return cdpr.load_scenario(data, overrides=changes)
+
+
+def resting_place(lengths, stiffness, start=GOAL):
+    """Return the position (3,) at which tensions E A (l - l0) / l0 balance the weight, by another method."""
+
+    def force(position):
+        chord = np.linalg.norm(ANCHORS - position, axis=1)
+        tension = np.maximum(stiffness * (chord - lengths) / lengths, 0.0)
+        return (tension / chord) @ (ANCHORS - position) - [0.0, 0.0, MASS * GRAVITY]
+
+    return least_squares(force, start, xtol=1e-15, ftol=1e-15, gtol=1e-15).x
+
+
+@pytest.mark.parametrize("stiffness", LOST)
+def test_drums_that_hold_lengths_leave_the_platform_where_its_cables_stretch_to(stiffness):
+    run = cdpr.simulate(camera(stiffness))
+    lengths = np.linalg.norm(ANCHORS - GOAL, axis=1)
+    assert np.abs(run["unwound_length"][-1] - lengths).max() < AT_REST
+    assert np.linalg.norm(run.position[-1] - resting_place(lengths, stiffness)) < AT_REST
+    assert 1e3 * np.linalg.norm(run.position[-1] - GOAL) == pytest.approx(LOST[stiffness], abs=1e-3)
+    assert np.abs(run.velocity[-1]).max() < AT_REST
+
+
+@pytest.mark.parametrize("winch", [{"type": "position"}, SERVO])
+def test_flex_compensation_brings_it_to_its_goal(winch):
+    options = {"controller.flex_compensation": True}
+    run = cdpr.simulate(camera(winch=winch, **options))
+    assert np.linalg.norm(run.position[-1] - GOAL) < AT_REST
+    np.testing.assert_allclose(run.winch_command[-1], run["unwound_length"][-1], atol=AT_REST)
+
+
+def test_servos_with_higher_gains_approach_ideal_drives():
+    """The error of the first order in the reciprocal of the gain."""
+    ideal = cdpr.simulate(camera(**{"simulation.duration": 1.0}))
+    apart = []
+    for gain in (50.0, 100.0, 200.0):
+        gains = {"position_gain": gain, "velocity_gain": 0.05 * gain, "integral_gain": 0.0}
+        step = {"simulation.physics_step": 0.00005, "simulation.duration": 1.0}
+        run = cdpr.simulate(camera(winch=SERVO | gains, **step))
+        apart.append(np.linalg.norm(run.position - ideal.position, axis=1).max())
+    orders = np.log2(np.divide(apart[:-1], apart[1:]))
+    assert (orders > 0.8).all(), apart
+
+
+@pytest.mark.parametrize("backend", ["mujoco", "bullet", "dart"])
+def test_engines_agree_with_the_reference(backend):
+    name = {"mujoco": "mujoco", "bullet": "pybullet", "dart": "dartpy"}[backend]
+    pytest.importorskip(name)
+    scenario = camera(
+        winch=SERVO, **{"simulation.duration": 1.0, "backend_options.reference.scheme": "semi_implicit_euler"}
+    )
+    ours, theirs = (cdpr.simulate(scenario, backend=each) for each in ("reference", backend))
+    assert np.abs(ours.position - theirs.position).max() < 1e-11
+    assert np.abs(ours["unwound_length"] - theirs["unwound_length"]).max() < 1e-11
+
+
+@pytest.mark.parametrize(("kind", "controller"), product(("position", "velocity"), ("computed_torque", "cable_length")))
+def test_controllers_of_wrenches_and_tensions_drive_them_by_the_map(kind, controller):
+    """Little damping, so that cables stay taut; the same goal as with torque winches."""
+    gains = {"kp": 3000.0, "kd": 300.0} if controller == "cable_length" else {"kp": 40.0, "kd": 12.0}
+    changes = {"controller": {"type": controller, **gains}, "robot.cable.damping": 5.0, "simulation.duration": 3.0}
+    run = cdpr.simulate(camera(winch={"type": kind}, **changes))
+    assert np.linalg.norm(run.position[-1] - GOAL) < 1e-4
+    late = slice(2, None)
+    if kind == "position":  # the length that produces the tension, at once
+        np.testing.assert_allclose(run.cable_tension[late], run.tension[late], atol=1e-6)
+
+
+def test_the_map_is_that_of_the_nominal_robot():
+    wrong = {"robot.cable.axial_stiffness": 2e4, "believed": {"cable": {"axial_stiffness": 1e4}}}
+    changes = {"controller": {"type": "computed_torque"}, "robot.cable.damping": 5.0, "simulation.duration": 0.1}
+    run = cdpr.simulate(camera(**changes | wrong))
+    np.testing.assert_allclose(run.cable_tension[0] / run.tension[0], 2.0, rtol=1e-9)
+
+
+def test_cables_of_one_robot_differ():
+    """One line at a constant tension, the others at lengths."""
+    one = {"robot.cables[0].winch": {"type": "torque", "drum_radius": 0.05, "inertia": 0.002, "viscous_friction": 0.05}}
+    run = cdpr.simulate(camera(**one))
+    lengths = np.linalg.norm(ANCHORS - GOAL, axis=1)
+    np.testing.assert_allclose(run.winch_command[-1, 1:], lengths[1:], atol=AT_REST)
+    assert run.cable_tension[-1, 0] == pytest.approx(run.winch_command[-1, 0], abs=1e-3)
+    assert run["motor_torque"][-1, 0] == pytest.approx(0.05 * run.winch_command[-1, 0])
+    assert np.isnan(run["motor_torque"][:, 1:]).all()
+
+
+def test_rates_start_from_tensions_that_hold_the_platform():
+    run = cdpr.simulate(
+        camera(winch={"type": "velocity"}, **{"trajectory": {"type": "hold"}, "simulation.duration": 0.5})
+    )
+    assert np.abs(run.position - run.position[0]).max() < AT_REST
+    assert not run.winch_command.any()
+
+
+@pytest.mark.parametrize("winch", [{"type": "position"}, {"type": "velocity"}, SERVO])
+def test_snapshots_rollouts_and_files_repeat_the_run(winch, tmp_path):
+    scenario = camera(winch=winch, **{"simulation.duration": 0.4})
+    run = cdpr.simulate(scenario)
+    with cdpr.Simulation(scenario) as simulation:
+        simulation.step(60)
+        middle = simulation.snapshot()
+        simulation.step(50)
+        simulation.restore(middle)
+        simulation.step(50)
+        again = simulation.position.copy()
+    assert same_bits(again, run.position[110])
+    found = cdpr.rollout(scenario, vary={"robot.platform.mass": [MASS, 11.0]}, columns=["position"], threads=1)
+    assert same_bits(found["position"][0], run.position)
+    scenario.save(tmp_path / "saved.yaml")
+    assert same_bits(cdpr.simulate(tmp_path / "saved.yaml").position, run.position)
+
+
+def test_winches_built_in_python():
+    robot = cdpr.Robot.from_points(ANCHORS, np.zeros((4, 3)), mass=MASS, dof=("x", "y", "z"), home=[0.0, 0.0, 1.0])
+    cables = [
+        each.replace(
+            winch=Winch(type="position"), axial_stiffness=2e4, damping=50.0, model="elastic", tension_max=400.0
+        )
+        for each in robot.cables
+    ]
+    scenario = cdpr.Scenario(robot=robot.replace(cables=cables), controller=INVERSE, simulation={"duration": 0.1})
+    assert cdpr.simulate(scenario).status == "finished"
+    assert cdpr.load_robot(scenario.robot.to_dict()).cables[0].winch.type == "position"
+
+
+MESSAGES = {
+    "inextensible": (
+        {"robot.cable.model": "rigid"},
+        "position needs a cable that stretches, got cable.model rigid",
+    ),
+    "type": ({"robot.winch.type": "rope"}, "robot.winch.type"),
+    "gain": (
+        {"robot.winch": {"type": "position", "drum_radius": 0.05, "inertia": 0.002}},
+        "cable.model elastic with winch.type position needs the gain of the velocity loop (N m s) of each cable",
+    ),
+    "actuators": ({"actuators": {}}, "actuators: their commands are tensions: set robot.winch.type to torque"),
+    "backend": (
+        {"simulation.backend": "mujoco", "backend_options": {"mujoco": {"cables": "native"}}},
+        "does not support",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", MESSAGES)
+def test_messages(name):
+    changes, text = MESSAGES[name]
+    with pytest.raises(cdpr.CdprError) as caught:
+        cdpr.simulate(camera(**changes))
+    assert text in str(caught.value)
+
+
+def test_exports_without_such_commands_are_rejected(tmp_path):
+    for to in ("native",):
+        with pytest.raises(
+            cdpr.CdprError, match=r"the command of a cable is a tension there; set winch\.type to torque"
+        ):
+            cdpr.export(camera(), to, out=tmp_path / to)
