@@ -8,14 +8,13 @@ from pydantic import Field, model_validator
 
 from cdpr.base.columns import Column
 from cdpr.base.fields import MAX_MAGNITUDE
-from cdpr.cables import EXITS, MODELS, WINCH_TYPES
+from cdpr.cables import EXITS, MODELS
 from cdpr.fmu.read.options import FMU, FmuFile
 from cdpr.link.options import REMOTE, PeerOptions
 from cdpr.plugins import FileName, PluginInfo, PluginOptions, hookimpl
 
 ALL_EXITS = tuple(EXITS)
-# tendons and legs support none
-OUR_CABLES = {"cable_models": tuple(MODELS), "exits": ALL_EXITS, "winches": tuple(WINCH_TYPES)}
+OUR_CABLES = {"cable_models": tuple(MODELS), "exits": ALL_EXITS}  # tendons and legs support none
 
 # Scheme of MuJoCo, Bullet and DART. The reference also has it, for comparisons with each of them.
 EULER = "semi_implicit_euler"
@@ -199,7 +198,7 @@ def cdpr_backends() -> list[PluginInfo]:
                 "load": True,
                 "threads": True,
                 **OUR_CABLES,
-                "features": ("moving_anchors",),
+                "features": ("moving_anchors", "winch_commands"),
                 "scheme": "rk4",
                 "schemes": ["rk4", EULER],
             },
@@ -217,7 +216,7 @@ def cdpr_backends() -> list[PluginInfo]:
                 "load": True,
                 **OUR_CABLES,
                 **MUJOCO_RANGE,
-                "features": ("moving_anchors",),
+                "features": ("moving_anchors", "winch_commands"),
                 "scheme": EULER,
             },
             options=MujocoOptions,
@@ -234,7 +233,7 @@ def cdpr_backends() -> list[PluginInfo]:
                 "load": True,
                 **OUR_CABLES,
                 **BULLET_RANGE,
-                "features": ("moving_anchors",),
+                "features": ("moving_anchors", "winch_commands"),
                 "scheme": EULER,
             },
             options=BulletOptions,
@@ -251,7 +250,7 @@ def cdpr_backends() -> list[PluginInfo]:
                 "load": True,
                 **OUR_CABLES,
                 **DART_RANGE,
-                "features": ("moving_anchors",),
+                "features": ("moving_anchors", "winch_commands"),
                 "scheme": EULER,
             },
             options=DartOptions,

@@ -10,6 +10,7 @@ namespace cdpr::CDPR_TARGET {
 struct InverseKinematics {
     Holding holding;
     const double* chains;   // (m, 27), chain.hpp
+    const int64_t* takes;   // (m), a CommandKind: the quantity that each winch takes
     const double* desired;  // (19): position, m; quaternion; velocity, m/s; angular velocity, rad/s; accelerations
     double* command;        // (m), N, m or m/s
     double* wanted;         // (2, m), work space: lengths, m, and rates, m/s, of the desired motion
@@ -17,7 +18,7 @@ struct InverseKinematics {
     int64_t compensates;    // 1: the lengths are those of cables that hold the weight; 0: that have the pretension
     static constexpr auto fields =
         extended(Holding::fields.text,
-                 "chains(m, 27), desired(19), command(m), work wanted(2, m), work moving(6, m), compensates");
+                 "chains(m, 27), takes(m), desired(19), command(m), work wanted(2, m), work moving(6, m), compensates");
 };
 
 inline int inverse_kinematics(InverseKinematics& p) {
@@ -30,7 +31,7 @@ inline int inverse_kinematics(InverseKinematics& p) {
     for (int64_t i = 0; i < own.m; i++) {
         const SeenCable cable = cables.at(i);
         const double unwound = cable.unwound_at(p.compensates ? own.feed[i] : own.pretension);
-        switch (command_of(cable.chain.winch_kind())) {
+        switch (p.takes[i]) {
             case TENSION_COMMAND:
                 p.command[i] = own.feed[i];
                 break;

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.cables.tables import chain_table, line_table
+from cdpr.cables.tables import chain_table, command_kinds, line_table
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
@@ -34,6 +34,7 @@ class InverseKinematics(SnapshotOfArrays, Controller):
         self._arguments = {
             "lines": line_table(robot),
             "chains": chain_table(robot),
+            "takes": command_kinds(robot),
             "rows": rows,
             "weights": np.repeat([1.0, 1.0 / robot.characteristic_length], 3)[rows],
             "low": robot.tension_min - options.pretension,

@@ -147,12 +147,12 @@ def of_winch() -> Needs:
     return Needs(plant_fmu=with_winch, controller_fmu=with_winch, mjcf=ideal_only, sdf=as_ideal, urdf=as_ideal)
 
 
-def of_length_winch(kind: str) -> Needs:
-    """Return the needs of a winch of this type, which takes a length or its rate as its command."""
+def of_length_winch() -> Needs:
+    """Return the needs of a winch that takes a length or its rate as its command."""
     tension_only = no("the command of a cable is a tension there; set winch.type to torque")
     controllers = dict.fromkeys(("plant_fmu", "controller_fmu", "bare_controller_fmu", "native"), tension_only)
     models = {key: getattr(of_winch(), key) for key in ("mjcf", "sdf", "urdf")}
-    return _but({**controllers, **models, "backend": {"winches": kind}})
+    return _but({**controllers, **models, "backend": {"features": "winch_commands"}})
 
 
 def of_loop_part() -> Needs:

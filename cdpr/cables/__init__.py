@@ -34,7 +34,7 @@ from cdpr.cables.drum import DRUM
 from cdpr.cables.elastic import ELASTIC
 from cdpr.cables.exit import Exit
 from cdpr.cables.inextensible import INEXTENSIBLE
-from cdpr.cables.servo import POSITION, POSITION_SERVO, VELOCITY, VELOCITY_SERVO
+from cdpr.cables.servo import IDEAL_DRIVE, POSITION_SERVO, VELOCITY_SERVO
 from cdpr.model import Cable, Robot
 from cdpr.model.robot import COMMANDED
 
@@ -60,9 +60,11 @@ MODELS = {
 TORQUE = "torque"
 WINCH_TYPES: dict[str, tuple[Winch, Winch]] = {
     TORQUE: (DRUM, DRUM),
-    "position": (POSITION, POSITION_SERVO),
-    "velocity": (VELOCITY, VELOCITY_SERVO),
+    "position": (IDEAL_DRIVE, POSITION_SERVO),
+    "velocity": (IDEAL_DRIVE, VELOCITY_SERVO),
 }
+TENSION, LENGTH, RATE = "tension", "length", "rate"  # commands of winches
+COMMANDS = {TORQUE: TENSION, "position": LENGTH, "velocity": RATE}
 
 
 def declared(numbers: Iterable[Number]) -> dict[str, Number]:
@@ -143,7 +145,10 @@ def composed(model: str, winch_type: str, driven: bool) -> Chain:
 
 def commands_of(robot: Robot) -> list[str]:
     """Return the quantity that the winch of each cable takes as its command: "tension", "length" or "rate"."""
-    return [chain_of(robot, cable).winch.command for cable in robot.cables]
+    return [
+        COMMANDS[cable.winch.type] if cable.winch is not None and chain_of(robot, cable).stretches else TENSION
+        for cable in robot.cables
+    ]
 
 
 def takes_lengths(robot: Robot) -> bool:

@@ -172,8 +172,8 @@ class Winch(Part):
     them, and is omitted for winches without the numbers `drum_radius` and `inertia` (`cdpr.mechanics.stability`).
 
     Attributes:
-        command: quantity that it takes as its command: a tension, N, the unwound length, m, or its rate, m/s. A length
-            or a rate requires a span that stretches.
+        command: quantity that its kernel takes as its command: a tension, N, the unwound length, m, or its rate, m/s.
+            A length or a rate requires a span that stretches.
         immediate: True if its tension always equals the command.
         states: number of its states, at most MOST_STATES: 0, or COORDINATE and the number of its own.
 

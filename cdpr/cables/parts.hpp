@@ -8,16 +8,15 @@
 #include <cdpr/cables/direct/direct.hpp>
 #include <cdpr/cables/drum/drum.hpp>
 #include <cdpr/cables/elastic/elastic.hpp>
-#include <cdpr/cables/position.hpp>
+#include <cdpr/cables/ideal_drive.hpp>
 #include <cdpr/cables/pulley/pulley.hpp>
 #include <cdpr/cables/servo.hpp>
-#include <cdpr/cables/velocity.hpp>
 #include <cdpr/cables/winch_tension.hpp>
 
 namespace cdpr::CDPR_TARGET {
 
 enum ExitKind { POINT, PULLEY };
-enum WinchKind { DIRECT, DRUM, POSITION, POSITION_SERVO, VELOCITY, VELOCITY_SERVO };
+enum WinchKind { DIRECT, DRUM, IDEAL_DRIVE, POSITION_SERVO, VELOCITY_SERVO };
 enum SpanKind { INEXTENSIBLE, ELASTIC };
 
 template <class T> CDPR_INLINE bool is(T kind, int expected) { return first(kind) == expected; }
@@ -60,15 +59,15 @@ template <class T> CDPR_INLINE WinchTension<T> held(T kind, const T* numbers, [[
 enum CommandKind { TENSION_COMMAND, LENGTH_COMMAND, RATE_COMMAND };
 
 template <class T> CDPR_INLINE CommandKind command_of(T kind) {
-    if (is(kind, POSITION) || is(kind, POSITION_SERVO)) return LENGTH_COMMAND;
-    if (is(kind, VELOCITY) || is(kind, VELOCITY_SERVO)) return RATE_COMMAND;
+    if (is(kind, POSITION_SERVO)) return LENGTH_COMMAND;
+    if (is(kind, IDEAL_DRIVE) || is(kind, VELOCITY_SERVO)) return RATE_COMMAND;
     return TENSION_COMMAND;
 }
 
-// Write unwound length, m, and speed of a winch that the command defines at once; others keep theirs.
-template <class T> CDPR_INLINE void prescribe(T kind, WinchMotion<T> motion, T& unwound, T& speed) {
-    if (is(kind, POSITION)) Position::prescribe(motion, unwound, speed);
-    if (is(kind, VELOCITY)) Velocity::prescribe(motion, unwound, speed);
+// Return whether the command defines the speed of the winch at once, and that speed.
+template <class T> CDPR_INLINE bool prescribes_speed(T kind) { return is(kind, IDEAL_DRIVE); }
+template <class T> CDPR_INLINE T prescribed_speed(const T* numbers, T command) {
+    return IdealDrive::speed(numbers, command);
 }
 
 // Return the speed of the drum, rad/s, that the position loop of a servo wants.
@@ -83,7 +82,7 @@ template <class T> CDPR_INLINE T drum_acceleration(T kind, WinchMotion<T> motion
     const T *numbers = motion.numbers, command = motion.command, tension = motion.tension, speed = motion.speed;
     if (is(kind, DIRECT)) return Direct::drum_acceleration(numbers, command, tension, speed);
     if (is(kind, DRUM)) return Drum::drum_acceleration(numbers, command, tension, speed);
-    if (is(kind, POSITION) || is(kind, VELOCITY)) return 0.0;
+    if (is(kind, IDEAL_DRIVE)) return 0.0;
     if (is_servo(kind)) return Servo::acceleration(motion, wanted_speed(kind, motion));
     return NOT_A_NUMBER;
 }

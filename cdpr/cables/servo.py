@@ -1,8 +1,9 @@
 """Winches that hold the unwound length of a cable, or its rate: ideal drives and servos.
 
-An ideal drive follows its command L (m) or V (m/s) exactly: the unwound length is l0 = L, or l0' = V. A servo is a
-motor and a drum (`cdpr.cables.drum`) with cascaded loops, as in industrial drives. Positive when winding in, with w the
-speed of the drum and r its radius,
+An ideal drive pays out at the commanded rate V, l0' = V (m/s). With the command of a length L (m), the loop commands
+the rate at which the drive reaches L at the end of the control period, as drives do that interpolate positions. A servo
+is a motor and a drum (`cdpr.cables.drum`) with cascaded loops, as in industrial drives. Positive when winding in, with
+w the speed of the drum and r its radius,
 
     w_d = kp (l0 - L) / r   (position), or   w_d = -V / r   (velocity)
     e = clip(w_d, w_max) - w
@@ -11,9 +12,8 @@ speed of the drum and r its radius,
     I w' = tau - f(w) - r T
 
 The integral z stops while the limit of the torque acts in its direction. Without a lag, tau = tau_d. With kp, kv and ki
-to infinity a servo becomes the ideal drive. At the start the integral holds the load.
-
-The command is constant over a control period, so that an ideal `position` drive moves in steps of that period.
+to infinity a servo becomes the ideal drive, whose motion is a control period later. At the start the integral holds
+the load.
 """
 
 from __future__ import annotations
@@ -41,33 +41,25 @@ LOOPS = (
 SERVO = "cdpr/cables/servo.hpp"
 WITHOUT = {RADIUS.name: 1.0}  # m: without a drum the coordinate of an ideal drive is a length
 
-POSITION = Winch(
-    header="cdpr/cables/position.hpp",
-    numbers=(RADIUS,),
-    without=WITHOUT,
-    command="length",
-    states=COORDINATE,
-    needs=of_length_winch("position"),
-)
-VELOCITY = Winch(
-    header="cdpr/cables/velocity.hpp",
+IDEAL_DRIVE = Winch(
+    header="cdpr/cables/ideal_drive.hpp",
     numbers=(RADIUS,),
     without=WITHOUT,
     command="rate",
     states=COORDINATE,
-    needs=of_length_winch("velocity"),
+    needs=of_length_winch(),
 )
 POSITION_SERVO = Winch(
     header=SERVO,
     numbers=(*DRUM_NUMBERS, *LOOPS),
     command="length",
     states=COORDINATE + OWN_STATES,
-    needs=of_length_winch("position"),
+    needs=of_length_winch(),
 )
 VELOCITY_SERVO = Winch(
     header=SERVO,
     numbers=(*DRUM_NUMBERS, *LOOPS),
     command="rate",
     states=COORDINATE + OWN_STATES,
-    needs=of_length_winch("velocity"),
+    needs=of_length_winch(),
 )

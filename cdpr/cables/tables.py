@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cdpr.base.errors import CdprError
-from cdpr.cables import EXITS, MODELS, WINCH_TYPES, chain_of
+from cdpr.cables import EXITS, LENGTH, MODELS, RATE, TENSION, WINCH_TYPES, chain_of, commands_of
 from cdpr.cables.chain import MOST, Part, Span, Winch
 from cdpr.model import Cable, Robot
 from cdpr.model.robot import Array, CableExit, frozen_array
@@ -25,6 +25,7 @@ WINCHES: tuple[Winch, ...] = tuple(
         (*(chain.winch for chain in MODELS.values()), *(part for pair in WINCH_TYPES.values() for part in pair))
     )
 )
+KINDS_OF_COMMANDS = (TENSION, LENGTH, RATE)  # in the order of `CommandKind`, parts.hpp
 SPANS: tuple[Span, ...] = tuple(dict.fromkeys(chain.span for chain in MODELS.values()))
 
 
@@ -87,6 +88,11 @@ def chain_table(robot: Robot) -> Array:
         kinds = [float(_kind(WINCHES, chain.winch)), float(_kind(SPANS, chain.span))]
         rows.append([*kinds, lowest, *_numbers(chain.winch, cable), *_numbers(chain.span, cable)])
     return frozen_array(rows)
+
+
+def command_kinds(robot: Robot) -> NDArray[np.int64]:
+    """Return the kind of each winch's command, (m,): an index in `KINDS_OF_COMMANDS`."""
+    return np.array([KINDS_OF_COMMANDS.index(each) for each in commands_of(robot)], dtype=np.int64)
 
 
 def places_of_states(robot: Robot) -> NDArray[np.int64]:

@@ -58,15 +58,12 @@ template <class T> inline void bend(Plant<T>& plant) {
     store(moment, plant.beside + 3);
 }
 
-// Write unwound lengths and speeds of winches whose commands define them; not at their start, `fresh`.
-template <class T> inline void prescribe_winches(Plant<T>& plant, Truth<T> fresh) {
+// Write the speeds of winches whose commands define them; not at their start, `fresh`.
+template <class T> inline void prescribe_speeds(Plant<T>& plant, Truth<T> fresh) {
     for (int64_t i = 0; i < plant.m; i++) {
-        const T kind = plant.chain(i).winch_kind();
-        if (!plant.stretches(i) || command_of(kind) == TENSION_COMMAND) continue;
-        T unwound = plant.unwound(i), speed = plant.speed(i);
-        prescribe(kind, plant.motion(i, T(0.0)), unwound, speed);
-        plant.unwound(i) = select(fresh, plant.unwound(i), unwound);
-        plant.speed(i) = select(fresh, plant.speed(i), speed);
+        const ChainRow<T> row = plant.chain(i);
+        if (!plant.stretches(i) || !prescribes_speed(row.winch_kind())) continue;
+        plant.speed(i) = select(fresh, plant.speed(i), prescribed_speed(row.winch(), plant.command[i]));
     }
 }
 
@@ -98,7 +95,7 @@ inline void write_tensions(Plant<T>& plant, PlatformDynamics<T>& dynamics, const
     if (plant.s > 0) {
         const Truth<T> fresh = plant.winch[0] != plant.winch[0];
         if (any(fresh)) start_winches(plant, fresh);
-        prescribe_winches(plant, fresh);
+        prescribe_speeds(plant, fresh);
     }
     if (write_light_tensions(plant, anchors)) share_inertia(plant, dynamics);
     apply(plant);

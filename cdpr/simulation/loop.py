@@ -118,7 +118,7 @@ class Loop:
             self.schedule.warm_up()
             if "backend" not in parts.live:
                 perform([*self.winding.before(), *self.winding.after(self.stage)])
-                parts.backend.command[...] = self.winding.command
+                parts.backend.command[...] = self.winding.drive
                 parts.backend.read_tension(self.tension)
                 parts.backend.step(parts.substeps)
                 perform(self._looking)
@@ -346,7 +346,7 @@ class Loop:
         self._moving = moving([backend], parts.substeps)
         reading_clock, checking_clock = clock_operations(backend)
         self.advancing = [
-            Operation("command", bind("copy", source=self.winding.command, target=backend.command)),
+            Operation("command", bind("copy", source=self.winding.drive, target=backend.command)),
             *self._moving,
             *(each for part in parts.more for each in part.moved()),
             *reading_clock,

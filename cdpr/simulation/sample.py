@@ -40,6 +40,7 @@ class Sample:
         state, desired: views of it.
         seen: (13,), state that controller and tension stage use; `state` itself if no part writes it.
         seen_cables: (2, m), cable lengths, m, and rates, m/s, that the controller measures; likewise views of `row`.
+        drive: (m,), commands of the plant; the tensions, if no winch takes a length or a rate.
         live: arrays of the tension stage; W is that of the perceived robot at the state `seen`.
         cables: limits and imposed tensions.
         true_W: (6, m) wrench matrix of the simulated robot.
@@ -58,6 +59,7 @@ class Sample:
         self.live = Present(W, view("wrench"), view("tension"), view("status", "at_limit"))
         self.cables = Cables.of(parts.controlled_robot, None if parts.nominal is None else robot)
         bounds = acceleration_bounds(robot, parts.backend.gravity)
+        self.drive = np.zeros(robot.m) if self.layout.has("drums") else self.live.tension
         self._anchors = anchors = LoopAnchors(parts)
         self._body = Body(anchors.lines(robot), robot.inertial.copy(), parts.backend.gravity, bounds)
         self._readings = ([], []) if parts.ideal_cables else self._reading()
@@ -169,8 +171,7 @@ class Sample:
         ):
             readings = backend.readings(tension, work)
         tensions, works = readings or ([partial(backend.read_tension, tension)], [read_work])
-        given = self.view("winch_command") if self.layout.has("drums") else self.live.tension
-        command: Do = bind("copy", source=given, target=backend.command)
+        command: Do = bind("copy", source=self.drive, target=backend.command)
         reading = [Operation("backend", do) for do in (command, *tensions)]
         reading.append(Operation("backend", bind("not_finite", values=tension), self._refuse_tension))
         return reading, [Operation("backend", do) for do in works]

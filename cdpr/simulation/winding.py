@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdpr.cables import commands_of, takes_lengths
-from cdpr.cables.tables import chain_table, line_table
+from cdpr.cables import RATE, commands_of, takes_lengths
+from cdpr.cables.tables import chain_table, command_kinds, line_table
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.native.bind import bind
 from cdpr.simulation.parts import Parts
@@ -21,11 +21,11 @@ Stage = TensionStage | CommandStage
 class Winding:
     """Commands of the winches of a loop; none if all take tensions.
 
-    The map from a tension to an unwound length is that of the nominal robot at the state that the controller sees. A
-    rate is the one that reaches this length at the end of the control period.
+    The map from a tension to an unwound length is that of the nominal robot at the state that the controller sees. An
+    ideal drive winds at the rate that reaches a length at the end of the control period.
 
     Attributes:
-        command: (m,), commands of the winches, live: the tensions, if all winches take tensions.
+        drive: (m,), commands of the plant, live: the tensions, if all winches take tensions.
         start: (m,), N, tensions before the start of winches that take rates from the controller.
     """
 
@@ -34,20 +34,19 @@ class Winding:
         self._active = takes_lengths(parts.robot)
         self.start = np.zeros(parts.robot.m)
         self._reading: list[Operation] = []
-        self.command = present.live.tension
+        self.drive = present.drive
         if not self._active:
             return
         robot, view = parts.perceived_robot, present.view
         self.command, unwound = view("winch_command"), view("unwound_length")
         cables = {"chains": chain_table(robot), "lines": line_table(robot), "gravity": parts.backend.gravity}
         cables |= {"state": present.seen, "sensed": present.seen_cables}
-        self._given = {**cables, "unwound": unwound, "command": self.command}
+        drives = {"takes": command_kinds(robot), "unwound": unwound, "command": self.command, "drive": self.drive}
+        self._given = {**cables, **drives, "period": parts.control_step}
         readings = parts.backend.winch_readings(unwound, view("unwound_rate"), view("motor_torque"))
         self._reading = [Operation("backend", do) for do in readings]
-        live = {"tension": present.live.tension, "unwinding": view("unwound_rate")}
-        wind = bind("wind_commands", **self._given, **live, period=parts.control_step)
+        wind = bind("wind_commands", **self._given, tension=present.live.tension)
         self._wind = Operation("distribution", wind)
-        self._rates = "rate" in commands_of(parts.robot)
 
     def stage(self) -> WinchStage:
         """Return the stage for commands of the winches."""
@@ -66,17 +65,16 @@ class Winding:
     def again(self, stage: Stage) -> list[Operation]:
         """Return the operations after the plant has evaluated its cables, which starts the winches at first.
 
-        Before that, the command of a winch that takes rates was its length.
+        Before that, the command of an ideal drive was its length.
         """
         if not self._active:
             return []
-        repeated = stage.operations if isinstance(stage, WinchStage) else [self._wind]
-        return [*self._reading, *(repeated if self._rates else [])]
+        return [*self._reading, *(stage.operations if isinstance(stage, WinchStage) else [self._wind])]
 
     @property
     def needs_start(self) -> bool:
         """True if `start` is used: the controller commands rates, which define no tension."""
-        return self._active and self._rates and self._parts.output == "winch"
+        return self._parts.output == "winch" and RATE in commands_of(self._parts.robot)
 
     def hold(self, stage: TensionStage) -> None:
         """Write into `start` the tensions by which a stage holds the weight at the present sample."""

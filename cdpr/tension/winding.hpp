@@ -13,25 +13,22 @@ struct SeenCable {
     BentSpan<double> span;
     double length;  // m
 
-    // Return the unwound length, m, with this tension, N.
-    double unwound_at(double tension) const {
-        const double kind = chain.span_kind();
-        return bends(kind) ? bent_rest(kind, span, tension) : rest(kind, chain.span(), length, tension);
+    CommandKind kernel_takes() const { return command_of(chain.winch_kind()); }
+
+    // Return the unwound length, m, with this tension, N, if the cable lengthens by a distance, m.
+    double unwound_at(double tension, double distance = 0.0) const {
+        const double kind = chain.span_kind(), later = length + distance;
+        if (!bends(kind)) return rest(kind, chain.span(), later, tension);
+        BentSpan<double> moved = span;
+        moved.chord = (later / length) * span.chord;
+        return bent_rest(kind, moved, tension);
     }
 
-    // Return the same while the cable stretches at a rate, m/s, which damping resists. The damping is that of the
-    // positive rate, at which no cable becomes slack.
-    double unwound_at(double tension, double stretching) const {
-        const double still = unwound_at(tension);
-        const double damping = tension_at(still, absolute(stretching)) - tension;
-        return unwound_at(stretching < 0.0 ? tension + damping : tension - damping);
-    }
-
-    // Return the tension, N, with this unwound length, m, and rate of stretch, m/s.
-    double tension_at(double unwound, double stretching) const {
+    // Return the tension, N, with this unwound length, m, at rest.
+    double tension_at(double unwound) const {
         const double kind = chain.span_kind(), low = chain.lowest();
-        if (bends(kind)) return bent_pull(kind, span, unwound, stretching, low).tension;
-        return pull(kind, chain.span(), length, unwound, stretching, low);
+        if (bends(kind)) return bent_pull(kind, span, unwound, 0.0, low).tension;
+        return pull(kind, chain.span(), length, unwound, 0.0, low);
     }
 };
 
@@ -55,75 +52,85 @@ struct SeenCables {
     double rate(int64_t i) const { return sensed[m + i]; }
 };
 
-// Conversion of commanded tensions into the commands of winches.
-struct Winding {
+// Winches that take lengths or rates as their commands.
+struct Drives {
     SeenCables cables;
-    const double* tension;    // (m), N
-    const double* unwound;    // (m), m, of the plant; NaN before its start
-    double* command;          // (m), N, m or m/s
-    const double* unwinding;  // (m), m/s, of the plant
-    double period;            // s, of control
-    static constexpr auto fields =
-        extended(SeenCables::fields, "tension(m), unwound(m), command(m), unwinding(m), period");
+    const int64_t* takes;   // (m), a CommandKind: the quantity that the winch takes
+    const double* unwound;  // (m), m, of the plant; NaN before its start
+    double* command;        // (m), N, m or m/s, of the winches
+    double* drive;          // (m), the same for their kernels
+    double period;          // s, of control
+    static constexpr auto fields = extended(SeenCables::fields, "takes(m), unwound(m), command(m), drive(m), period");
+
+    bool started(int64_t i) const { return unwound[i] == unwound[i]; }
+
+    // Command winch i to have unwound a length, m: an ideal drive at the end of the period, which is its start length
+    // before the start.
+    void unwind_to(int64_t i, double length) const {
+        const bool by_rate = cables.at(i).kernel_takes() == RATE_COMMAND && started(i);
+        drive[i] = by_rate ? (length - unwound[i]) / period : length;
+        command[i] = takes[i] == RATE_COMMAND ? (started(i) ? drive[i] : 0.0) : length;
+    }
 };
 
-// Write the command that produces each tension: itself; the unwound length at the present rate of stretch; or the rate
-// at which the length at rest is reached at the end of a period, before the start that length itself.
+// Conversion of commanded tensions into the commands of winches.
+struct Winding {
+    Drives drives;
+    const double* tension;  // (m), N
+    static constexpr auto fields = extended(Drives::fields, "tension(m)");
+};
+
+// Write the command that produces each tension: itself; or the unwound length, for an ideal drive that of the cable at
+// the end of the period.
 inline int wind(Winding& p) {
-    for (int64_t i = 0; i < p.cables.m; i++) {
-        const CommandKind takes = command_of(p.cables.at(i).chain.winch_kind());
-        p.command[i] = p.tension[i];
-        if (takes == TENSION_COMMAND) continue;
-        const SeenCable cable = p.cables.at(i);
-        const bool started = p.unwound[i] == p.unwound[i];
-        if (!started)
-            p.command[i] = cable.unwound_at(p.tension[i]);
-        else if (takes == LENGTH_COMMAND)
-            p.command[i] = cable.unwound_at(p.tension[i], p.cables.rate(i) - p.unwinding[i]);
-        else
-            p.command[i] = (cable.unwound_at(p.tension[i]) - p.unwound[i]) / p.period;
+    const Drives& drives = p.drives;
+    for (int64_t i = 0; i < drives.cables.m; i++) {
+        if (drives.takes[i] == TENSION_COMMAND) {
+            drives.command[i] = drives.drive[i] = p.tension[i];
+            continue;
+        }
+        const SeenCable cable = drives.cables.at(i);
+        const bool ahead = drives.started(i) && cable.kernel_takes() == RATE_COMMAND;
+        drives.unwind_to(i, cable.unwound_at(p.tension[i], ahead ? drives.period * drives.cables.rate(i) : 0.0));
     }
     return 0;
 }
 
 // Commands of a controller in the units of the winches.
 struct WinchCommand {
-    SeenCables cables;
-    const double* given;    // (m), N, m or m/s
-    const double* start;    // (m), N, tensions before the start of winches that take rates
-    const double* unwound;  // (m), m, of the plant; NaN before its start
-    const double* limits;   // (2, m), N
-    const double* matrix;   // (6, m), moments in N m per N
-    double* tension;        // (m), N
-    double* command;        // (m), N, m or m/s
-    double* wrench;         // (6), N and N m
-    double* report;         // (4), as in Command
+    Drives drives;
+    const double* given;   // (m), N, m or m/s
+    const double* start;   // (m), N, tensions before the start of winches that take rates
+    const double* limits;  // (2, m), N
+    const double* matrix;  // (6, m), moments in N m per N
+    double* tension;       // (m), N
+    double* wrench;        // (6), N and N m
+    double* report;        // (4), as in Command
     static constexpr auto fields =
-        extended(SeenCables::fields,
-                 "given(m), start(m), unwound(m), limits(2, m), matrix(6, m), both tension(m), command(m), "
-                 "both wrench(6), both report(4)");
+        extended(Drives::fields,
+                 "given(m), start(m), limits(2, m), matrix(6, m), both tension(m), both wrench(6), both report(4)");
 };
 
-// Write the commands, and the tensions that the nominal robot then has: tensions are clipped to the limits. Return
-// BAD_INPUT, and write nothing, for a command that is not finite.
+// Write the commands, and the tensions that the nominal robot then has at rest: commanded tensions are clipped to the
+// limits. Return BAD_INPUT, and write nothing, for a command that is not finite.
 inline int take_winch_command(WinchCommand& p) {
-    const int64_t m = p.cables.m;
+    const Drives& drives = p.drives;
+    const int64_t m = drives.cables.m;
     for (int64_t i = 0; i < m; i++)
         if (!finite(p.given[i])) return BAD_INPUT;
     for (int64_t i = 0; i < m; i++) {
-        const SeenCable cable = p.cables.at(i);
-        const CommandKind takes = command_of(cable.chain.winch_kind());
-        const double given = p.given[i], unwound = p.unwound[i];
-        p.command[i] = given;
-        if (takes == TENSION_COMMAND) {
-            p.tension[i] = p.command[i] = smaller(larger(given, p.limits[i]), p.limits[m + i]);
-        } else if (takes == LENGTH_COMMAND) {
-            p.tension[i] = cable.tension_at(given, p.cables.rate(i));
-        } else if (unwound == unwound) {
-            p.tension[i] = cable.tension_at(unwound, p.cables.rate(i) - given);
+        const SeenCable cable = drives.cables.at(i);
+        const double given = p.given[i];
+        if (drives.takes[i] == TENSION_COMMAND) {
+            p.tension[i] = smaller(larger(given, p.limits[i]), p.limits[m + i]);
+            drives.command[i] = drives.drive[i] = p.tension[i];
+        } else if (drives.takes[i] == LENGTH_COMMAND) {
+            drives.unwind_to(i, given);
+            p.tension[i] = cable.tension_at(given);
         } else {
-            p.tension[i] = p.start[i];
-            p.command[i] = cable.unwound_at(p.start[i]);
+            drives.command[i] = given;
+            drives.drive[i] = drives.started(i) ? given : cable.unwound_at(p.start[i]);
+            p.tension[i] = drives.started(i) ? cable.tension_at(drives.unwound[i]) : p.start[i];
         }
     }
     p.report[0] = double(OK);

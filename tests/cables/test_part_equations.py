@@ -12,7 +12,7 @@ from cdpr.cables.direct import DIRECT
 from cdpr.cables.drum import DRUM
 from cdpr.cables.elastic import ELASTIC
 from cdpr.cables.inextensible import INEXTENSIBLE
-from cdpr.cables.servo import POSITION, POSITION_SERVO, VELOCITY, VELOCITY_SERVO
+from cdpr.cables.servo import IDEAL_DRIVE, POSITION_SERVO, VELOCITY_SERVO
 from cdpr.cables.tables import SPANS, WINCHES, exits
 from cdpr.mechanics.body_frame import BodyFrame, body_state
 from cdpr.mechanics.winches import Winches
@@ -144,7 +144,7 @@ def test_a_swivelling_pulley():
 
 
 def test_every_part_is_compared():
-    drives = {POSITION, POSITION_SERVO, VELOCITY, VELOCITY_SERVO}  # test_servo.py
+    drives = {IDEAL_DRIVE, POSITION_SERVO, VELOCITY_SERVO}  # test_servo.py
     assert {DIRECT, DRUM, *drives} == set(WINCHES)
     assert {INEXTENSIBLE, ELASTIC} == set(SPANS)
     assert [Pulley] == [kind for kind in EXITS.values() if kind.header]

@@ -8,7 +8,7 @@ from test_part_equations import CLOSE, HARDLY, POSES, STEP, M, Sample
 
 from cdpr.cables.chain import MOST
 from cdpr.cables.elastic import ELASTIC
-from cdpr.cables.servo import POSITION, POSITION_SERVO, VELOCITY, VELOCITY_SERVO
+from cdpr.cables.servo import IDEAL_DRIVE, POSITION_SERVO, VELOCITY_SERVO
 from cdpr.native.bind import bind
 
 LOW = [5.0, 0.1, 0.0, 1.0, 1.0, 0.5, 0.0]  # numbers of `servo.LOOPS`: such limits act in some of the samples
@@ -18,7 +18,7 @@ HIGH = [50.0, 2.0, 50.0, 100.0, 500.0, 30.0, 0.01]
 class Drive(Sample):
     """Cables on drives, whose commands are lengths or rates, with random states."""
 
-    def __init__(self, seed, winch, lags=True):
+    def __init__(self, seed, winch):
         super().__init__(seed, winch, ELASTIC)
         rng = np.random.default_rng(seed + 1000)
         self.loops = rng.uniform(LOW, HIGH, (M, len(LOW)))
@@ -31,7 +31,7 @@ class Drive(Sample):
         self.given["chains"] = chains
         self.unwound, self.speed = self.length * rng.uniform(0.98, 1.005, M), rng.normal(size=M)
         self.integral, self.torque = rng.uniform(-5.0, 20.0, (2, M))
-        by_length = winch in (POSITION, POSITION_SERVO)
+        by_length = winch is POSITION_SERVO
         self.command[:] = self.length * rng.uniform(0.97, 1.01, M) if by_length else rng.normal(size=M)
 
     def tension(self, unwound, speed):
@@ -48,19 +48,13 @@ def check(sample, tension, states):
     np.testing.assert_allclose(found, states, rtol=CLOSE, atol=HARDLY)
 
 
-@pytest.mark.parametrize("seed", range(POSES))
-def test_ideal_drives(seed):
-    """The unwound length is the command, or changes by it."""
-    sample = Drive(seed, POSITION)
-    sample.winch[:] = np.column_stack([sample.unwound, sample.speed]).ravel()
-    bind("step_winches", **sample.given, step=STEP)()
-    still = np.zeros(M)
-    check(sample, sample.tension(sample.command, still), [sample.command, still])
-    sample = Drive(seed, VELOCITY)
-    sample.winch[:] = np.column_stack([sample.unwound, sample.speed]).ravel()
-    bind("step_winches", **sample.given, step=STEP)()
-    speed = -sample.command / sample.drum[:, 0]
-    check(sample, sample.tension(sample.unwound, speed), [sample.unwound + STEP * sample.command, speed])
+def test_an_ideal_drive_winds_at_its_command():
+    for seed in range(POSES):
+        sample = Drive(seed, IDEAL_DRIVE)
+        sample.winch[:] = np.column_stack([sample.unwound, sample.speed]).ravel()
+        bind("step_winches", **sample.given, step=STEP)()
+        speed = -sample.command / sample.drum[:, 0]
+        check(sample, sample.tension(sample.unwound, speed), [sample.unwound + STEP * sample.command, speed])
 
 
 @pytest.mark.parametrize("winch", [POSITION_SERVO, VELOCITY_SERVO])

@@ -31,7 +31,7 @@ def camera(stiffness=2e4, winch=None, **changes):
             "platform": {"mass": MASS},
             "tension": {"min": 0, "max": 400},
             "home": {"position": [0.0, 0.0, 1.0]},
-            "cable": {"model": "elastic", "axial_stiffness": stiffness, "damping": 0.35 * stiffness**0.5},
+            "cable": {"model": "elastic", "axial_stiffness": stiffness, "damping": 1.1 * stiffness**0.5},
             "winch": winch or {"type": "position"},
             "cables": [{"frame": A.tolist(), "platform": [0, 0, 0]} for A in ANCHORS],
         },
@@ -72,13 +72,13 @@ def test_flex_compensation_brings_it_to_its_goal(winch):
 
 
 def test_servos_with_higher_gains_approach_ideal_drives():
-    """The error of the first order in the reciprocal of the gain."""
-    ideal = cdpr.simulate(camera(**{"simulation.duration": 1.0}))
+    """The difference is of the first order in the reciprocal of the position gain."""
+    steps = {"simulation.control_step": 0.0005, "simulation.physics_step": 0.0001, "simulation.duration": 1.0}
+    ideal = cdpr.simulate(camera(**steps))
     apart = []
     for gain in (50.0, 100.0, 200.0):
-        gains = {"position_gain": gain, "velocity_gain": 0.05 * gain, "integral_gain": 0.0}
-        step = {"simulation.physics_step": 0.00005, "simulation.duration": 1.0}
-        run = cdpr.simulate(camera(winch=SERVO | gains, **step))
+        gains = {"position_gain": gain, "velocity_gain": 10.0, "integral_gain": 0.0}
+        run = cdpr.simulate(camera(winch=SERVO | gains, **steps))
         apart.append(np.linalg.norm(run.position - ideal.position, axis=1).max())
     orders = np.log2(np.divide(apart[:-1], apart[1:]))
     assert (orders > 0.8).all(), apart
@@ -96,16 +96,16 @@ def test_engines_agree_with_the_reference(backend):
     assert np.abs(ours["unwound_length"] - theirs["unwound_length"]).max() < 1e-11
 
 
-@pytest.mark.parametrize(("kind", "controller"), product(("position", "velocity"), ("computed_torque", "cable_length")))
+@pytest.mark.parametrize(
+    ("kind", "controller"), [*product(("position", "velocity"), ("computed_torque", "cable_length"))]
+)
 def test_controllers_of_wrenches_and_tensions_drive_them_by_the_map(kind, controller):
     """Little damping, so that cables stay taut; the same goal as with torque winches."""
     gains = {"kp": 3000.0, "kd": 300.0} if controller == "cable_length" else {"kp": 40.0, "kd": 12.0}
     changes = {"controller": {"type": controller, **gains}, "robot.cable.damping": 5.0, "simulation.duration": 3.0}
     run = cdpr.simulate(camera(winch={"type": kind}, **changes))
-    assert np.linalg.norm(run.position[-1] - GOAL) < 1e-4
-    late = slice(2, None)
-    if kind == "position":  # the length that produces the tension, at once
-        np.testing.assert_allclose(run.cable_tension[late], run.tension[late], atol=1e-6)
+    assert np.linalg.norm(run.position[-1] - GOAL) < 2e-4
+    assert np.abs(run.cable_tension[1:] - run.tension[:-1]).max() < 2.0  # the tension at the end of the period
 
 
 def test_the_map_is_that_of_the_nominal_robot():
@@ -144,10 +144,10 @@ def test_snapshots_rollouts_and_files_repeat_the_run(winch, tmp_path):
         simulation.step(50)
         simulation.restore(middle)
         simulation.step(50)
-        again = simulation.position.copy()
+        again = simulation.state[:3].copy()
     assert same_bits(again, run.position[110])
-    found = cdpr.rollout(scenario, vary={"robot.platform.mass": [MASS, 11.0]}, columns=["position"], threads=1)
-    assert same_bits(found["position"][0], run.position)
+    found = cdpr.rollout(scenario, 2, vary={"robot.platform.mass": [MASS, 11.0]}, columns=["position"], threads=1)
+    assert same_bits(found["position"][0], run.position[::2])  # at 101 samples
     scenario.save(tmp_path / "saved.yaml")
     assert same_bits(cdpr.simulate(tmp_path / "saved.yaml").position, run.position)
 
