@@ -69,6 +69,10 @@ class WinchReference(Integrator):
         """Return the operation that writes the state of the winches."""
         return self.winches.reading(unwound, unwinding, torque)
 
+    def bent_readings(self, unstretched: Array, bending: Array) -> Operations | None:
+        """Return the operations that read cables which sag."""
+        return self.winches.bent_readings(unstretched, bending)
+
     def cable_work(self) -> float:
         """Return the work of the cables on the platform [J]."""
         return float(self.winches.work[0])

@@ -195,6 +195,19 @@ FIRST: tuple[Column, ...] = (
 WINCHED: tuple[Column, ...] = (
     Column("cable_tension", CABLES, "N", "Tension in each cable", places=(_STATES + "/effort",)),
 )
+# Cables that sag: their force on the platform is not along the chord.
+UNSTRETCHED: tuple[Column, ...] = (
+    Column("unstretched_length", CABLES, "m", "Unstretched length between winch and platform"),
+)
+SAGGING: tuple[Column, ...] = (
+    Column(
+        "bending_wrench",
+        6,
+        "N, N m",
+        "Wrench of the cables on the platform minus W t, with t = `cable_tension`, about the origin: what sag changes",
+        WORLD,
+    ),
+)
 # Controller and solver perceive another robot or state than the true one; W, residual and margin refer to that one.
 NOMINAL_COLUMNS: tuple[Column, ...] = (
     Column(
@@ -223,8 +236,7 @@ LOADED: tuple[Column, ...] = (
 # Winches that take lengths or rates.
 DRUMS: tuple[Column, ...] = (
     Column("winch_command", CABLES, "", f"Command of each winch: tension, N, length, m, or rate, m/s; {_HELD}"),
-    Column("unwound_length", CABLES, "m", "Unstretched length of cable between drum and platform"),
-    Column("unwound_rate", CABLES, "m/s", "Rate of `unwound_length`"),
+    Column("unstretched_rate", CABLES, "m/s", "Rate of `unstretched_length`"),
     Column("motor_torque", CABLES, "N m", "Torque of the motor about the drum's axis; NaN for an ideal drive"),
 )
 # Columns that are NaN for cables without limits, and infinite without a limit on one side, such as after a power cut. A
@@ -256,6 +268,8 @@ class ColumnGroup:
 GROUPS: dict[str, ColumnGroup] = {
     "winched": ColumnGroup(WINCHED, "cables are not ideal"),
     "drums": ColumnGroup(DRUMS, "a winch takes a length or a rate"),
+    "unstretched": ColumnGroup(UNSTRETCHED, "a cable sags, or a winch takes a length or a rate"),
+    "sagging": ColumnGroup(SAGGING, "a cable sags (`cable.model: catenary`)"),
     "later": ColumnGroup(LATER, ""),
     "perceived": ColumnGroup(NOMINAL_COLUMNS, "the scenario contains `believed`"),
     "loaded": ColumnGroup(LOADED, "the scenario contains an event that changes the mass"),

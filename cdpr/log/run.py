@@ -124,8 +124,8 @@ class Run(Frozen):
     true_wrench = Quantity("true_wrench")
     true_margin = Quantity("true_margin")
     winch_command = Quantity("winch_command")
-    unwound_length = Quantity("unwound_length")
-    unwound_rate = Quantity("unwound_rate")
+    unstretched_length = Quantity("unstretched_length")
+    unstretched_rate = Quantity("unstretched_rate")
     motor_torque = Quantity("motor_torque")
 
     def __post_init__(self) -> None:

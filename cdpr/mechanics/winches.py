@@ -121,6 +121,13 @@ class Winches:
         """Return operations that write the state of the winches, see `Backend.winch_readings`."""
         return [bind("read_winches", **self.given, unwound=unwound, unwinding=unwinding, torque=torque)]
 
+    def bent_readings(self, unstretched: Array, bending: Array) -> list[Callable[[], object]]:
+        """Return operations that write the unstretched lengths (m,) [m] and the wrench of bending (6,) [N, N m].
+
+        They follow the operations of `readings`.
+        """
+        return [bind("read_bent_cables", **self.given, unstretched=unstretched, bending=bending)]
+
     @property
     def arrays(self) -> tuple[Array, ...]:
         """All arrays that determine the future, besides the arrays of the backend."""

@@ -38,12 +38,12 @@ class Winding:
         if not self._active:
             return
         robot, view = parts.perceived_robot, present.view
-        self.command, unwound = view("winch_command"), view("unwound_length")
+        self.command, unwound = view("winch_command"), view("unstretched_length")
         cables = {"chains": chain_table(robot), "lines": line_table(robot), "gravity": parts.backend.gravity}
         cables |= {"state": present.seen, "sensed": present.seen_cables}
         drives = {"takes": command_kinds(robot), "unwound": unwound, "command": self.command, "drive": self.drive}
         self._given = {**cables, **drives, "period": parts.control_step}
-        readings = parts.backend.winch_readings(unwound, view("unwound_rate"), view("motor_torque"))
+        readings = parts.backend.winch_readings(unwound, view("unstretched_rate"), view("motor_torque"))
         self._reading = [Operation("backend", do) for do in readings]
         wind = bind("wind_commands", **self._given, tension=present.live.tension)
         self._wind = Operation("distribution", wind)

@@ -57,7 +57,7 @@ def resting_place(lengths, stiffness, start=GOAL):
 def test_drums_that_hold_lengths_leave_the_platform_where_its_cables_stretch_to(stiffness):
     run = cdpr.simulate(camera(stiffness))
     lengths = np.linalg.norm(ANCHORS - GOAL, axis=1)
-    assert np.abs(run["unwound_length"][-1] - lengths).max() < AT_REST
+    assert np.abs(run["unstretched_length"][-1] - lengths).max() < AT_REST
     assert np.linalg.norm(run.position[-1] - resting_place(lengths, stiffness)) < AT_REST
     assert 1e3 * np.linalg.norm(run.position[-1] - GOAL) == pytest.approx(LOST[stiffness], abs=1e-3)
     assert np.abs(run.velocity[-1]).max() < AT_REST
@@ -68,7 +68,7 @@ def test_flex_compensation_brings_it_to_its_goal(winch):
     options = {"controller.flex_compensation": True}
     run = cdpr.simulate(camera(winch=winch, **options))
     assert np.linalg.norm(run.position[-1] - GOAL) < AT_REST
-    np.testing.assert_allclose(run.winch_command[-1], run["unwound_length"][-1], atol=AT_REST)
+    np.testing.assert_allclose(run.winch_command[-1], run["unstretched_length"][-1], atol=AT_REST)
 
 
 def test_servos_with_higher_gains_approach_ideal_drives():
@@ -93,7 +93,7 @@ def test_engines_agree_with_the_reference(backend):
     )
     ours, theirs = (cdpr.simulate(scenario, backend=each) for each in ("reference", backend))
     assert np.abs(ours.position - theirs.position).max() < 1e-11
-    assert np.abs(ours["unwound_length"] - theirs["unwound_length"]).max() < 1e-11
+    assert np.abs(ours["unstretched_length"] - theirs["unstretched_length"]).max() < 1e-11
 
 
 @pytest.mark.parametrize(
