@@ -38,7 +38,7 @@ def find_equilibria(
         other = _stationary(potential, pose)
         if other is not None:
             _add(found, other, potential)
-    order = {"stable": 0, "neutral": 1, "unstable": 2}
+    order = {"stable": 0, "neutral": 1, "unstable": 2, "unknown": 3}
     return sorted(found, key=lambda one: (order[one.stability], *one.pose[[2, 0, 1]].round(6)))
 
 

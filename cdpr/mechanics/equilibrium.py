@@ -35,17 +35,17 @@ class Equilibrium:
 
     Attributes:
         pose: (7,) position [m] and quaternion w, x, y, z, world frame.
-        tension: (m,) tensions [N].
+        tension: (m,) tensions [N]; NaN for cables that do not stretch, if their lengths are impossible.
         length: (m,) lengths between winch exit and platform, with the cable on pulleys [m].
         unwound: (m,) unwound lengths of the unloaded cables [m].
         slack: (m,) True for cables without tension.
-        residual: remaining force [N], moments divided by the characteristic length.
+        residual: remaining force [N], moments divided by the characteristic length; NaN if lengths are impossible.
         load: weight, or largest tension if larger [N].
         misfit: norm of the violated lengths of cables that do not stretch [m].
         converged: True if the residual is below 1e-9 of the load and all lengths are possible.
         problem: reason, if not converged; else "".
         suspect: index of the cable whose length contradicts the others, None if there is none or several may be wrong.
-        stability: "stable", "neutral" or "unstable".
+        stability: "stable", "neutral" or "unstable"; "unknown" if lengths are impossible.
         eigenvalues: (k,) of the Hessian of the energy over the motions that the cables permit [N/m], ascending;
             rotations are multiplied by the characteristic length.
         frequencies: (k,) natural frequencies [Hz] of these motions with held drums, ascending; NaN if unstable.
@@ -111,6 +111,9 @@ def describe(potential: Potential, pose: Array) -> Equilibrium:
     suspect = None if possible or not defined else _suspect(potential, pose)
     tension, length = potential.tension.copy(), potential.length.copy()
     taut: Mask = tension > 0.0 if robot.unilateral else np.ones(robot.m, dtype=bool)
+    if not possible:
+        residual, load, defined = np.nan, potential.weight, False
+        tension[rigid], taut[rigid] = np.nan, wrong[rigid] != 0.0
     given = potential.spring.astype(bool) | rigid
     return Equilibrium(
         pose=pose,
@@ -137,7 +140,7 @@ def _motions(
     if not defined:
         sensitivity[potential.rows] = np.nan
         nothing = {"eigenvalues": np.empty(0), "frequencies": np.empty(0), "free_directions": np.empty((0, 6))}
-        return {"stability": "unstable", "sensitivity": sensitivity, **nothing}
+        return {"stability": "unknown", "sensitivity": sensitivity, **nothing}
     columns = potential.columns()
     hard = columns[:, potential.rigid & taut]
     basis = _null_space(hard) if hard.size else np.eye(robot.n)

@@ -53,7 +53,7 @@ def statics(anchors, target, axial, mass):
         ("hangprinter", [0.4, 0.2, 0.6], 2e4, 13.111, [2]),
     ],
 )
-def test_robots_that_hold_wound_lengths_rest_as_the_statics_say(name, target, axial, low, slack):
+def test_robots_with_given_lengths_rest_at_the_pose_of_the_statics(name, target, axial, low, slack):
     robot, target = softer(name, axial), np.array(target)
     pose = np.array([*target, 1.0, 0.0, 0.0, 0.0])
     found = cdpr.equilibrium(robot, lengths=path(robot, pose), start=pose)

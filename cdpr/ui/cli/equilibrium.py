@@ -68,7 +68,7 @@ def command(
     out: str | None,
     force: bool,
     as_json: bool,
-) -> int:
+) -> None:
     """Compute the pose at which the platform comes to rest, or the lengths for a pose (flex compensation).
 
     Each cable has an unwound length, a drum angle or a constant tension. Cables may be elastic or not, and become
@@ -87,12 +87,14 @@ def command(
     from cdpr.ui.cli.pose_option import pose_and_gravity
 
     if compensate and pose is None and isinstance(loaded, Scenario):
-        return _along(loaded, step, solver or SOLVER, out, force, as_json)
+        _along(loaded, step, solver or SOLVER, out, force, as_json)
+        return
     if step is not None:
         raise click.UsageError("--step requires a scenario without --pose")
     robot, _, at, source = pose_and_gravity(loaded, pose)
     if compensate:
-        return _at_pose(loaded, robot, at, solver or SOLVER, (out, force, as_json))
+        _at_pose(loaded, robot, at, solver or SOLVER, (out, force, as_json))
+        return
     from cdpr.analysis.equilibrium import equilibria, equilibrium
     from cdpr.analysis.equilibrium.at_rest import STARTS
     from cdpr.analysis.equilibrium.figures import describe_equilibria
@@ -107,7 +109,12 @@ def command(
         found = [equilibrium(loaded, **values, start=at)]
     figures = describe_equilibria(robot, source, found)
     _show(figures, lines, out, force, as_json)
-    return ExitCode.OK if found and all(one.converged for one in found) else ExitCode.INFEASIBLE
+    _end(bool(found) and all(one.converged for one in found))
+
+
+def _end(good: bool) -> None:
+    if not good:
+        raise click.exceptions.Exit(ExitCode.INFEASIBLE)
 
 
 def _check_options(
@@ -147,7 +154,7 @@ def _values(name: str, text: str, robot: Robot) -> list[float]:
 
 def _at_pose(
     loaded: Scenario | Robot, robot: Robot, pose: Array, solver: str, output: tuple[str | None, bool, bool]
-) -> int:
+) -> None:
     from cdpr.analysis.equilibrium import compensated_lengths, equilibrium
     from cdpr.analysis.equilibrium.figures import describe_compensation
     from cdpr.mechanics.kinematics import lengths, make_state
@@ -158,10 +165,10 @@ def _at_pose(
     found = compensated_lengths(loaded, pose, solver=solver)
     held = equilibrium(loaded, lengths=lengths(robot, make_state(pose[:3], pose[3:])), start=pose)
     _show(describe_compensation(robot, pose, found, held), compensation_lines, *output)
-    return ExitCode.OK if found.feasible else ExitCode.INFEASIBLE
+    _end(bool(found.feasible))
 
 
-def _along(scenario: Scenario, step: float | None, solver: str, out: str | None, force: bool, as_json: bool) -> int:
+def _along(scenario: Scenario, step: float | None, solver: str, out: str | None, force: bool, as_json: bool) -> None:
     from pathlib import Path
 
     import numpy as np
@@ -186,7 +193,7 @@ def _along(scenario: Scenario, step: float | None, solver: str, out: str | None,
         click.echo(
             f"{infeasible} of {len(path.time)} samples: no tensions within the limits balance the weight", err=True
         )
-    return ExitCode.INFEASIBLE if infeasible else ExitCode.OK
+    _end(not infeasible)
 
 
 def _show(figures: dict[str, Any], lines: Any, out: str | None, force: bool, as_json: bool) -> None:

@@ -7,6 +7,8 @@ from typing import Any
 
 from cdpr.ui.report.text.aligned import row, table, turned, vector, wrapped
 
+ROUND_OFF = 1e-12  # smaller numbers are written as 0
+
 
 def lines(figures: dict[str, Any]) -> Iterator[str]:
     """Yield the equilibria of a robot."""
@@ -24,16 +26,16 @@ def _one(one: dict[str, Any]) -> Iterator[str]:
     yield row("rest at", f"{vector(pose['position_m'])} m{turned(pose['orientation_wxyz'])}")
     if not one["converged"]:
         yield from wrapped(row("not converged", one["problem"]), 23)
-    yield row("remaining force", f"{one['residual_N']:.3g} N of {one['load_N']:.6g} N")
-    if one["misfit_m"] > 0.0:
         yield row("misfit of lengths", f"{one['misfit_m']:.4g} m")
+    if one["residual_N"] is not None:
+        yield row("remaining force", f"{one['residual_N']:.3g} N of {one['load_N']:.6g} N")
     if one["converged"]:
         yield row("stability", _stability(one))
         if one["free_directions"]:
             yield row("free directions", f"{len(one['free_directions'])}: no taut cable resists them to first order")
-        slow = [value for value in one["frequencies_Hz"] if value is not None]
-        if slow:
-            yield row("frequencies", f"{', '.join(f'{value:.4g}' for value in slow)} Hz, drums held")
+        known = [value for value in one["frequencies_Hz"] if value is not None]
+        if known:
+            yield row("frequencies", f"{', '.join(f'{value:.4g}' for value in known)} Hz, drums held")
     heading = ["cable", "tension (N)", "unwound (m)", "length (m)", "dx", "dy", "dz", ""]
     yield from table([heading, *(_cable(cable) for cable in one["cables"])], ruled=True)
     yield "  dx, dy, dz: motion (m) per metre of unwound length, or per newton of a given tension"
@@ -48,7 +50,11 @@ def _stability(one: dict[str, Any]) -> str:
 def _cable(cable: dict[str, Any]) -> list[str]:
     note = "slack" if cable["slack"] else "above its limit" if cable["above_limit"] else ""
     numbers = [cable["tension_N"], cable["unwound_m"], cable["length_m"], *cable["sensitivity"][:3]]
-    return [cable["name"], *(f"{value:.6g}" for value in numbers), note]
+    return [cable["name"], *map(_number, numbers), note]
+
+
+def _number(value: float | None) -> str:
+    return "-" if value is None else f"{value if abs(value) >= ROUND_OFF else 0.0:.6g}"
 
 
 def compensation_lines(figures: dict[str, Any]) -> Iterator[str]:
