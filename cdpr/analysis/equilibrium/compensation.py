@@ -81,6 +81,6 @@ def compensated_lengths(
     robot, gravity = robot_and_gravity(robot, gravity)
     found = distribute(robot, poses, solver=solver, options=options, gravity=gravity, jobs=jobs)
     rows = np.atleast_2d(checked(poses, (7,) if np.ndim(poses) == 1 else (None, 7), "poses")).copy()
-    rows[:, 3:] /= np.linalg.norm(rows[:, 3:], axis=1, keepdims=True)
+    rows[:, 3:] /= np.sqrt(np.einsum("ij,ij->i", rows[:, 3:], rows[:, 3:]))[:, None]
     lengths = rest_lengths(robot, rows, np.atleast_2d(found.tension), jobs=jobs)
     return Compensation(lengths if np.ndim(found.tension) == 2 else lengths[0], found.tension, found.status)

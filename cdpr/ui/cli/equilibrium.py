@@ -206,7 +206,7 @@ def _show(figures: dict[str, Any], lines: Any, out: str | None, force: bool, as_
     if as_json:
         click.echo(json.dumps(plain, indent=2, allow_nan=False))
     else:
-        for line in lines(figures):
+        for line in lines(plain):
             click.echo(line)
     if out is not None:
         replace_all(Path(out), {FIGURES: json.dumps(plain, indent=2, allow_nan=False) + "\n"}, force)
