@@ -22,6 +22,7 @@ SOFT = (
 )  # stretches of penalised cables under the load, as shares of the size, from which a search continues
 
 
+@np.errstate(all="ignore")
 def find_equilibria(
     robot: Robot, unwound: Array, tension: Array, start: Array, gravity: ArrayLike, *, starts: int, seed: int
 ) -> list[Equilibrium]:

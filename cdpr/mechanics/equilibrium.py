@@ -77,6 +77,7 @@ class Equilibrium:
         return f"<Equilibrium at ({x}, {y}, {z}) m: {found}, {int(self.slack.sum())} of {len(self.slack)} cables slack>"
 
 
+@np.errstate(all="ignore")  # huge values end without convergence
 def find_equilibrium(robot: Robot, unwound: Array, tension: Array, start: Array, gravity: ArrayLike) -> Equilibrium:
     """Return the pose at rest that is reached downhill from a start.
 

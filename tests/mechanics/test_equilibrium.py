@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 import cdpr
 from cdpr.base.errors import CdprError
+from cdpr.mechanics import potential
 from cdpr.mechanics.equilibrium import find_equilibrium
 from cdpr.mechanics.kinematics import lengths, make_state
 from cdpr.mechanics.potential import Potential
@@ -81,7 +83,7 @@ def test_stiffer_cables_approach_the_inextensible_one_in_proportion():
     assert error[1] / error[2] == pytest.approx(10.0, rel=0.02)
 
 
-COUNT = 100
+COUNT = 40
 
 
 @pytest.mark.parametrize(
@@ -109,14 +111,14 @@ def test_random_robots_are_at_rest_at_a_minimum_of_their_energy(seeds):
         # the tensions of inextensible cables are the multipliers of an augmented Lagrangian with this minimum
         held, free = np.where(stretches, unwound, np.nan), np.where(stretches, np.nan, tension)
         energy = energy_of(robot, held, np.nan_to_num(free), found.pose)
-        rng, potential = np.random.default_rng(seed), Potential(robot, DOWN, unwound, tension)
+        rng, at_rest = np.random.default_rng(seed), Potential(robot, DOWN, unwound, tension)
         for h in (1e-3, 1e-4):
-            pose = potential.moved(found.pose, h * size * rng.normal(size=robot.n))
+            pose = at_rest.moved(found.pose, h * size * rng.normal(size=robot.n))
             excess = np.where(rigid, path_lengths(robot, pose) - unwound, 0.0)
             change = energy_of(robot, held, np.nan_to_num(free), pose) - energy
-            over, hard = np.maximum(excess, 0.0), 1e4 * potential.weight / size
+            over, hard = np.maximum(excess, 0.0), 1e4 * at_rest.weight / size
             work = found.tension @ over + 0.5 * hard * over @ over  # to stretch them
-            assert not change + work < -1e-3 * h * h * potential.weight * size - 1e-9 * potential.weight * size, seed
+            assert not change + work < -1e-3 * h * h * at_rest.weight * size - 1e-9 * at_rest.weight * size, seed
     assert rests > 0.95 * len(seeds)
 
 
@@ -280,7 +282,8 @@ GOOD = [1.2, 1.3]
         ({}, "cable 'left': expected one value in lengths, tensions or drum_angles, got none"),
         ({"lengths": GOOD, "tensions": GOOD}, "got 2"),
         ({"lengths": [1.0]}, r"lengths: the shape must be \(2,\)"),
-        ({"lengths": [1.0, -1.0]}, "cable 'right': expected more than 0 m"),
+        ({"lengths": [1.0, -1.0]}, "cable 'right': expected more than 0 and at most 1e\\+09 m, got -1"),
+        ({"lengths": [1.0, 1e300]}, "cable 'right': expected more than 0 and at most 1e\\+09 m, got 1e\\+300"),
         ({"lengths": [1.0, np.inf]}, "lengths: expected finite numbers"),
         ({"tensions": [1.0, -1.0]}, "cable 'right': expected at least 0 N"),
         ({"lengths": GOOD, "start": np.zeros(7)}, "quaternion of length 1"),
@@ -291,6 +294,26 @@ GOOD = [1.2, 1.3]
 def test_wrong_arguments_are_refused(given, text):
     with pytest.raises(CdprError, match=text):
         cdpr.equilibrium("v_plotter", **given)
+
+
+@pytest.mark.parametrize("value", [1e-300, 1e-9, 1e6])
+@pytest.mark.parametrize("name", ["v_plotter", "cogiro_pulleys", "crossed"])
+def test_extreme_values_end_with_a_result(name, value):
+    robot = cdpr.load_robot(name)
+    for given in ("lengths", "tensions"):
+        found = cdpr.equilibrium(robot, **{given: np.full(robot.m, value)})
+        assert found.converged == (not found.problem)
+
+
+def test_a_span_that_bends_is_refused(monkeypatch):
+    robot = cdpr.load_robot("v_plotter")
+    chain = potential.chain_of(robot, robot.cables[0])
+    bent = replace(chain, span=replace(chain.span, bends=True))
+    monkeypatch.setattr(potential, "chain_of", lambda robot, cable: bent)
+    with pytest.raises(CdprError, match="cable 'left': expected a cable that pulls along its chord, got one that sags"):
+        cdpr.equilibrium(robot, lengths=GOOD)
+    with pytest.raises(CdprError, match="got one that sags"):
+        cdpr.compensated_lengths(robot, robot.home)
 
 
 def test_drum_angles_need_a_drum_and_searches_whole_numbers():

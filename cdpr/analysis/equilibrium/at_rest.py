@@ -24,6 +24,7 @@ from cdpr.scenario.evaluated_pose import evaluated_pose
 from cdpr.scenario.loader import AnyRobot, robot_or_scenario
 from cdpr.scenario.sound_robot import sound
 
+LONGEST = 1e9  # m
 STARTS = 100  # random starts of a search for all equilibria
 
 
@@ -144,8 +145,9 @@ def _arguments(
         wound = path_lengths(robot, make_state(home[:3], home[3:])) - radius * angle
         unwound = np.where(turned, wound, unwound)
     for cable, length, force in zip(robot.cables, unwound.tolist(), tension.tolist(), strict=True):
-        if length <= 0.0:
-            raise CdprError(f"lengths: cable '{cable.name}': expected more than 0 m, got {length:g}")
+        if length <= 0.0 or length > LONGEST:
+            text = f"expected more than 0 and at most {LONGEST:g} m"
+            raise CdprError(f"lengths: cable '{cable.name}': {text}, got {length:g}")
         if force < 0.0 and robot.unilateral:
             raise CdprError(f"tensions: cable '{cable.name}': expected at least 0 N, got {force:g}")
     down = checked(own if gravity is None else gravity, (3,), "gravity", finite=True)
