@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from kernel_cases import numbers, run
 from resting_robots import energy_of, random_case
 
 import cdpr
 from cdpr.base.errors import CdprError
 from cdpr.cables import chain_of
+from cdpr.cables.tables import chain_table, line_table
 from cdpr.mechanics.kinematics import lengths, make_state
 from cdpr.mechanics.potential import Potential, rest_lengths
-from cdpr.native.bind import bind
-from cdpr.tension.status import Status
 
 pytestmark = pytest.mark.core
 DOWN = (0.0, 0.0, -9.81)
@@ -95,12 +95,24 @@ def test_rest_lengths_are_those_of_hooke_with_pulleys_and_without():
         np.testing.assert_array_equal(found, rest_lengths(robot, poses, tension, jobs=1))
 
 
-def test_tables_with_too_few_columns_are_bad_input():
-    m = 2
-    arrays = {"chains": np.zeros((m, 19)), "poses": np.zeros((1, 7)), "tension": np.zeros((1, m))}
-    with pytest.raises(ValueError, match="lines"):
-        bind("rest_lengths", lines=np.zeros((m, 5)), unwound=np.zeros((1, m)), **arrays)
-    assert Status.BAD_INPUT  # of the kernel, for callers that do not bind
+def test_kernels_have_the_same_bits_on_each_instruction_set_with_hostile_numbers():
+    """Each call gets rubbish in its work space; spring flags and the table of cables are those of the robots."""
+    rng, count = np.random.default_rng(4), 300
+    for seed in (3, 8, 21):
+        robot, unwound, tension, start = random_case(seed)
+        m, flags = robot.m, Potential(robot, DOWN, unwound, tension).spring
+        fixed = {"lines": np.array(line_table(robot)), "chains": np.array(chain_table(robot))}
+        tables = {key: np.tile(value, (count, 1, 1)) for key, value in fixed.items()}
+        given = {"inertial": 13, "gravity": 3, "pose": 7, "unwound": m, "force": m, "penalty": m}
+        inputs = {**tables, **{key: numbers(rng, count, size) for key, size in given.items()}}
+        inputs["pose"][::2] = start
+        shapes = {"energy": (1,), "gradient": (6,), "hessian": (6, 6), "matrix": (6, m)}
+        shapes |= dict.fromkeys(("length", "tension", "slope", "shift"), (m,))
+        found, codes = run("potential", inputs, shapes, spring=flags)
+        assert (codes == 0).all()
+        assert np.isfinite(found["energy"]).any()
+        inputs = {**tables, "poses": inputs["pose"][:, None], "tension": numbers(rng, count, 1, m)}
+        assert (run("rest_lengths", inputs, {"unwound": (1, m)})[1] == 0).all()
 
 
 def test_wrong_shapes_are_refused():
