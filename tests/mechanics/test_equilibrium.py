@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from conftest import ROOT
 from resting_robots import G, energy_of, path_lengths, random_case
-from scipy.optimize import fsolve, least_squares
+from scipy.optimize import fsolve, least_squares, minimize
 from scipy.spatial.transform import Rotation
 
 import cdpr
@@ -120,6 +120,31 @@ def test_random_robots_are_at_rest_at_a_minimum_of_their_energy(seeds):
             work = found.tension @ over + 0.5 * hard * over @ over  # to stretch them
             assert not change + work < -1e-3 * h * h * at_rest.weight * size - 1e-9 * at_rest.weight * size, seed
     assert rests > 0.95 * len(seeds)
+
+
+@pytest.mark.parametrize("seeds", [range(12), pytest.param(range(12, 300), marks=pytest.mark.slow)])
+def test_scipy_finds_no_lower_energy_nearby_and_returns_to_stable_poses(seeds):
+    """Elastic robots of all kinds, released a little beside their rest; the energy is that of numpy."""
+    compared = 0
+    for seed in seeds:
+        robot, unwound, tension, start = random_case(seed)
+        if any(cable.model != "elastic" for cable in robot.cables):
+            continue
+        found = find_equilibrium(robot, unwound, tension, start, DOWN)
+        at_rest = Potential(robot, DOWN, unwound, tension)
+        unit = at_rest.weight * at_rest.size
+
+        def energy(step, at_rest=at_rest, pose=found.pose, given=(robot, unwound, tension), unit=unit):
+            return energy_of(*given, at_rest.moved(pose, at_rest.size * step)) / unit
+
+        beside = 1e-3 * np.random.default_rng(seed).normal(size=robot.n)
+        other = minimize(energy, beside, method="BFGS", options={"gtol": 1e-9})
+        assert other.fun >= energy(np.zeros(robot.n)) - 1e-9, seed
+        soft = found.eigenvalues[0] * at_rest.size / at_rest.weight  # scipy gets as near as its differences allow
+        if found.stability == "stable" and soft > 0.1:
+            assert np.linalg.norm(other.x) < 1e-3, seed
+            compared += 1
+    assert compared > 0.1 * len(seeds)
 
 
 @pytest.mark.parametrize("name", ["caroca_winches", "hangprinter", "cogiro_pulleys", "seven", "planar", "point_mass"])
