@@ -11,8 +11,9 @@ Example:
     >>> cdpr.distribute(robot, robot.home).status
     <Status.OK: 0>
 
-`simulate`, `rollout`, `distribute`, `admissible`, `workspace`, `size`, `design`, `study`, `compare`, `view` and
-`export` accept an object, a file, the name of an example, or a dict with the keys of a file.
+`simulate`, `rollout`, `distribute`, `admissible`, `equilibrium`, `equilibria`, `compensated_lengths`, `workspace`,
+`size`, `design`, `study`, `compare`, `view` and `export` accept an object, a file, the name of an example, or a dict
+with the keys of a file.
 """
 
 from __future__ import annotations
@@ -48,8 +49,11 @@ _HOME = {
     "SolverFailed": "cdpr.base.errors",
     "admissible": "cdpr.analysis.distribution",
     "compare": "cdpr.analysis.verbs",
+    "compensated_lengths": "cdpr.analysis.equilibrium",
     "design": "cdpr.analysis.verbs",
     "distribute": "cdpr.analysis.distribution",
+    "equilibria": "cdpr.analysis.equilibrium",
+    "equilibrium": "cdpr.analysis.equilibrium",
     "events": "cdpr.scenario",
     "export": "cdpr.formats.write.export",
     "get_include": "cdpr.native",
@@ -95,8 +99,11 @@ __all__ = [
     "admissible",
     "analysis",
     "compare",
+    "compensated_lengths",
     "design",
     "distribute",
+    "equilibria",
+    "equilibrium",
     "events",
     "export",
     "get_include",
@@ -122,6 +129,7 @@ __all__ = [
 if TYPE_CHECKING:
     from cdpr import analysis, mechanics, model, plugins, tension, testing, trajectory
     from cdpr.analysis.distribution import admissible, distribute
+    from cdpr.analysis.equilibrium import compensated_lengths, equilibria, equilibrium
     from cdpr.analysis.rollouts.batch import Batch
     from cdpr.analysis.rollouts.rollout import rollout
     from cdpr.analysis.verbs import compare, design, size, study

@@ -26,6 +26,9 @@ from cdpr.native.bind import bind
 # encoders). A larger residual means another local minimum, or lengths that belong to no pose.
 MISFIT = 0.02
 
+# Without the suspect cable, at most this share of MISFIT remains, and of the residual without any other cable.
+EXPLAINED = 0.1
+
 
 @dataclass(frozen=True, eq=False)
 class Fit:
@@ -41,6 +44,8 @@ class Fit:
         iterations: number of linear systems solved.
         converged: True if the last step was below 1e-9 m and the residual is within MISFIT. Otherwise, `pose` is the
             best pose found and not reliable.
+        suspect: index of the cable without which the other lengths fit, None if there is none or more than one. To find
+            it takes at least two more cables than degrees of freedom.
     """
 
     pose: Array
@@ -48,6 +53,7 @@ class Fit:
     covariance: Array
     iterations: int
     converged: bool
+    suspect: int | None = None
 
 
 def forward_kinematics(robot: Robot, lengths: Array, start: Array, *, sigma: float | None = None) -> Fit:
@@ -77,11 +83,31 @@ def forward_kinematics(robot: Robot, lengths: Array, start: Array, *, sigma: flo
     if sigma is not None and not 0.0 <= sigma < math.inf:
         raise CdprError(f"forward kinematics: sigma must be a finite number of metres >= 0, not {sigma}")
     pose[3:] /= norm
-    count, pose, inverse, residual = _fitter(robot).fit(target, pose)
+    given = pose
+    count, pose, inverse, residual = _fitter(robot).fit(target, given)
     if sigma is None:
         sigma = residual / math.sqrt(m - n) if m > n else math.nan
     fits = residual <= MISFIT * math.sqrt(float(target @ target))
-    return Fit(pose, residual, sigma * sigma * inverse, abs(count), count > 0 and fits)
+    suspect = None if fits else suspect_length(robot, target, given)
+    return Fit(pose, residual, sigma * sigma * inverse, abs(count), count > 0 and fits, suspect)
+
+
+def suspect_length(robot: Robot, target: Array, start: Array) -> int | None:
+    """Return the only cable without which the lengths (m,) [m] fit, searched from a pose (7,); None if there is none.
+
+    With fewer than two cables more than degrees of freedom, the others always fit.
+    """
+    if robot.m < robot.n + 2:
+        return None
+    rests = []
+    for i in range(robot.m):
+        others = [k for k in range(robot.m) if k != i]
+        fitter = _Fitter(robot.replace(cables=[robot.cables[k] for k in others]))
+        count, _, _, rest = fitter.fit(target[others], start)
+        rests.append(rest if count > 0 else math.inf)
+    first, second = (int(i) for i in np.argsort(rests)[:2])
+    fits = rests[first] <= EXPLAINED * MISFIT * math.sqrt(float(target @ target))
+    return first if fits and rests[first] <= EXPLAINED * rests[second] else None
 
 
 def scales(robot: Robot) -> tuple[NDArray[np.int64], Array]:

@@ -4,6 +4,7 @@
 #include <cdpr/mechanics/clearances.hpp>
 #include <cdpr/mechanics/distances.hpp>
 #include <cdpr/mechanics/energy.hpp>
+#include <cdpr/mechanics/equilibrium.hpp>
 #include <cdpr/mechanics/forward_kinematics.hpp>
 #include <cdpr/mechanics/inverse_dynamics.hpp>
 #include <cdpr/mechanics/reach.hpp>
@@ -24,6 +25,8 @@ static constexpr cdpr_entry entries[] = {
     entry<ForwardKinematics, forward_kinematics>("forward_kinematics"),
     entry<ExternalWork<double>, static_cast<int (*)(ExternalWork<double>&)>(external_work)>("external_work"),
     entry<Stiffness, static_cast<int (*)(Stiffness&)>(stiffness)>("stiffness"),
+    entry<Potential, potential>("potential"),
+    entry<RestLengths, rest_lengths>("rest_lengths"),
 };
 
 extern const cdpr_group mechanics = group(entries);

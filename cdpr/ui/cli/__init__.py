@@ -36,6 +36,7 @@ COMMANDS = {
     "new": "Write a working robot or scenario file to edit.",
     "info": "Analyse a robot, or the motion of a scenario, without simulating it.",
     "tension": "Distribute a wrench at a pose with one solver, several or all, and compare.",
+    "equilibrium": "Compute the pose at rest for cable lengths, or the lengths for a pose.",
     "solvers": "List the tension solvers with their objectives and guarantees.",
     "workspace": "Compute workspaces: feasible poses, wrenches and accelerations.",
     "design": "Optimise keys of a robot within bounds, under constraints.",
@@ -60,7 +61,7 @@ COMMANDS = {
 GROUPS = {
     "Start": ("examples", "new", "gui", "doctor"),
     "Run and compare": ("run", "validate", "view", "compare", "study", "baseline"),
-    "Analyse a robot": ("info", "tension", "solvers", "workspace", "size", "design"),
+    "Analyse a robot": ("info", "tension", "equilibrium", "solvers", "workspace", "size", "design"),
     "Import and export": ("import", "export", "fmu", "schema", "repair"),
     "Plugins": ("plugins", "check", "bench"),
 }
