@@ -65,6 +65,10 @@ class WinchReference(Integrator):
         tensions, _ = self.winches.readings(tension, work)
         return tensions, [bind("copy", source=self.winches.work, target=work)]
 
+    def bent_readings(self, unstretched: Array, bending: Array) -> Operations | None:
+        """Return the operations that read cables which sag."""
+        return self.winches.bent_readings(unstretched, bending)
+
     def cable_work(self) -> float:
         """Return the work of the cables on the platform [J]."""
         return float(self.winches.work[0])

@@ -195,6 +195,17 @@ FIRST: tuple[Column, ...] = (
 WINCHED: tuple[Column, ...] = (
     Column("cable_tension", CABLES, "N", "Tension in each cable", places=(_STATES + "/effort",)),
 )
+# Cables that sag: their force on the platform is not along the chord.
+SAGGING: tuple[Column, ...] = (
+    Column("unstretched_length", CABLES, "m", "Unstretched length between winch and platform"),
+    Column(
+        "bending_wrench",
+        6,
+        "N, N m",
+        "Wrench of the cables on the platform minus W t, with t = `cable_tension`, about the origin: what sag changes",
+        WORLD,
+    ),
+)
 # Controller and solver perceive another robot or state than the true one; W, residual and margin refer to that one.
 NOMINAL_COLUMNS: tuple[Column, ...] = (
     Column(
@@ -248,6 +259,7 @@ class ColumnGroup:
 # the loop are in each run with that part.
 GROUPS: dict[str, ColumnGroup] = {
     "winched": ColumnGroup(WINCHED, "cables are not ideal"),
+    "sagging": ColumnGroup(SAGGING, "a cable sags (`cable.model: catenary`)"),
     "later": ColumnGroup(LATER, ""),
     "perceived": ColumnGroup(NOMINAL_COLUMNS, "the scenario contains `believed`"),
     "loaded": ColumnGroup(LOADED, "the scenario contains an event that changes the mass"),

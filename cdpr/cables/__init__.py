@@ -10,6 +10,7 @@ and a span each:
   cable that would have to push is slack, and its drum takes up the slack.
 - `elastic`: two states per cable, the unstretched length l0 (m) between drum and platform, l0' = -r w, and w. It starts
   with the first commanded tension and winds at the rate of the length.
+- `catenary`: the same winch, with a cable that stretches and sags under its weight (`cdpr.cables.catenary`).
 
 Cables of one robot may differ. The chain is evaluated together with the acceleration: once per step in semi-implicit
 engines, which then advance w and after it l0, and at every stage of `reference`.
@@ -23,6 +24,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cdpr.base.errors import CdprError
 from cdpr.base.kinds import Kinds
+from cdpr.cables.catenary import CATENARY
 from cdpr.cables.chain import DIAMETER, LINEAR_DENSITY, Chain, Number
 from cdpr.cables.direct import DIRECT
 from cdpr.cables.drum import DRUM
@@ -48,6 +50,7 @@ MODELS = {
     COMMANDED: Chain(DIRECT, INEXTENSIBLE),
     "rigid": Chain(DRUM, INEXTENSIBLE),
     "elastic": Chain(DRUM, ELASTIC),
+    "catenary": Chain(DRUM, CATENARY),
 }
 
 
@@ -115,6 +118,11 @@ def model_of(robot: Robot) -> str:
 def immediate(robot: Robot) -> bool:
     """Return True if the tensions of all cables equal their commands."""
     return all(chain_of(robot, cable).immediate for cable in robot.cables)
+
+
+def bends(robot: Robot) -> bool:
+    """Return True if the force of some cable may have another direction than its chord."""
+    return any(chain_of(robot, cable).span.bends for cable in robot.cables)
 
 
 def with_model(robot: Robot, model: str) -> Robot:

@@ -6,10 +6,11 @@
 namespace cdpr::CDPR_TARGET {
 
 template <class T> struct BentSpan {
-    const T* numbers;   // of the part
-    Vector<T> chord;    // m, from the platform to the exit, world axes
-    T wrapped_length;   // m, of cable on the exit
-    Vector<T> gravity;  // m/s^2
+    const T* numbers;          // of the part
+    Vector<T> chord;           // m, from the platform to the exit, world axes
+    T wrapped_length;          // m, of cable on the exit
+    Vector<T> gravity;         // m/s^2
+    Vector<T> exit_to_anchor;  // m, over the exit
 };
 
 template <class T> struct BentCable {

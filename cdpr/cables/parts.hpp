@@ -5,6 +5,7 @@
 #pragma once
 
 #include <cdpr/cables/bent_cable.hpp>
+#include <cdpr/cables/catenary/catenary.hpp>
 #include <cdpr/cables/direct/direct.hpp>
 #include <cdpr/cables/drum/drum.hpp>
 #include <cdpr/cables/elastic/elastic.hpp>
@@ -15,7 +16,7 @@ namespace cdpr::CDPR_TARGET {
 
 enum ExitKind { POINT, PULLEY };
 enum WinchKind { DIRECT, DRUM };
-enum SpanKind { INEXTENSIBLE, ELASTIC };
+enum SpanKind { INEXTENSIBLE, ELASTIC, CATENARY };
 
 template <class T> CDPR_INLINE bool is(T kind, int expected) { return first(kind) == expected; }
 
@@ -86,20 +87,19 @@ template <class T> CDPR_INLINE T rest(T kind, const T* numbers, T length, T tens
 }
 
 // Return whether the force of an elastic span may have another direction than its chord. Such a span has `bent_pull`
-// and `bent_rest` in place of `pull` and `rest`. All of ours pull along their chords.
-template <class T> CDPR_INLINE bool bends([[maybe_unused]] T kind) { return false; }
+// and `bent_rest` in place of `pull` and `rest`.
+template <class T> CDPR_INLINE bool bends(T kind) { return is(kind, CATENARY); }
 
 // Return force and tension, N, of a bent span with this unwound length, m, and rate of stretch, m/s; `lowest` as for
 // `pull`.
-template <class T> CDPR_INLINE BentCable<T> bent_pull([[maybe_unused]] T kind, [[maybe_unused]] BentSpan<T> span,
-                                                      [[maybe_unused]] T unwound, [[maybe_unused]] T stretching,
-                                                      [[maybe_unused]] T lowest) {
+template <class T> CDPR_INLINE BentCable<T> bent_pull(T kind, BentSpan<T> span, T unwound, T stretching, T lowest) {
+    if (is(kind, CATENARY)) return Catenary::pull(span, unwound, stretching, lowest);
     return {nowhere<T>(), NOT_A_NUMBER};
 }
 
 // Return the unwound length, m, of a bent span with this tension, N, at its winch.
-template <class T>
-CDPR_INLINE T bent_rest([[maybe_unused]] T kind, [[maybe_unused]] BentSpan<T> span, [[maybe_unused]] T tension) {
+template <class T> CDPR_INLINE T bent_rest(T kind, BentSpan<T> span, T tension) {
+    if (is(kind, CATENARY)) return Catenary::rest(span, tension);
     return NOT_A_NUMBER;
 }
 

@@ -92,7 +92,9 @@ template <class T> struct Plant {
     }
 
     CDPR_INLINE BentSpan<T> bent_span(int64_t i) const {
-        return {chain(i).span(), run(i).chord, run(i).wrapped_length, vector(gravity)};
+        const CableRun<T> at = run(i);
+        const Vector<T> exit = vector(body) + at.lever + at.chord;
+        return {chain(i).span(), at.chord, at.wrapped_length, vector(gravity), vector(lines + i * w) - exit};
     }
 
     // Return whether cable i is elastic; whether some cable is bent.

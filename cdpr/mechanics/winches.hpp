@@ -150,8 +150,27 @@ template <class T> inline int settle_winches(Plant<T>& plant) {
     return settle_winches_with(plant, anchors);
 }
 
-// The same, then a step of the winches as in semi-implicit engines: own states, with them speeds, and with these
-// unwound lengths.
+// Unwound lengths, and the wrench of bent cables less that of their tensions along their chords, about the platform's
+// origin, after `settle_winches`.
+template <class T> struct BentReadings {
+    Plant<T> plant;
+    T* unstretched;  // (m), m; of cables that do not stretch, their lengths
+    T* bending;      // (6), N and N m
+    static constexpr auto fields = extended(Plant<T>::fields, "unstretched(m), bending(6)");
+};
+
+template <class T> inline int read_bent_cables(BentReadings<T>& problem) {
+    const Plant<T>& plant = problem.plant;
+    for (int64_t i = 0; i < plant.m; i++)
+        problem.unstretched[i] = plant.stretches(i) ? plant.unwound(i) : plant.length[i];
+    const Vector<T> force = vector(plant.beside), lever = rotate(plant.attitude(), vector(plant.offset));
+    store(force, problem.bending);
+    store(vector(plant.beside + 3) + cross(lever, force), problem.bending + 3);
+    return 0;
+}
+
+// `settle_winches`, then a step of the winches as in semi-implicit engines: own states, with them speeds, and with
+// these unwound lengths.
 template <class T> struct WinchStep {
     Plant<T> plant;
     double step;  // s

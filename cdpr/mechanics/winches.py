@@ -117,6 +117,13 @@ class Winches:
             bind("copy", source=self.work, target=work),
         ]
 
+    def bent_readings(self, unstretched: Array, bending: Array) -> list[Callable[[], object]]:
+        """Return operations that write the unstretched lengths (m,) [m] and the wrench of bending (6,) [N, N m].
+
+        They follow the operations of `readings`.
+        """
+        return [bind("read_bent_cables", **self.given, unstretched=unstretched, bending=bending)]
+
     @property
     def arrays(self) -> tuple[Array, ...]:
         """All arrays that determine the future, besides the arrays of the backend."""

@@ -256,6 +256,19 @@ class Backend(ABC):
         """
         return None
 
+    def bent_readings(self, unstretched: Array, bending: Array) -> Operations | None:
+        """Return the operations that read cables which sag, after those of `readings`.
+
+        Args:
+            unstretched: (m,), m, unstretched lengths between winch and platform; written.
+            bending: (6,), N and N m, wrench of the cables on the platform minus W t with t their tensions, about the
+                platform's origin, world axes; written.
+
+        Returns:
+            The operations; None if the backend does not support cables that sag.
+        """
+        return None
+
     def engine_time(self) -> float | None:
         """Return the time since `reset` by the engine's own clock, s, or None if it has none.
 

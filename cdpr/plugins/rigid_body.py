@@ -230,6 +230,10 @@ class RigidBodyBackend(Backend):
         """Return the operations that evaluate the winches; None if cables are ideal."""
         return None if self.winches is None else self.winches.readings(tension, work)
 
+    def bent_readings(self, unstretched: Array, bending: Array) -> Operations | None:
+        """Return the operations that read cables which sag; None if cables are ideal."""
+        return None if self.winches is None else self.winches.bent_readings(unstretched, bending)
+
     def cable_work(self) -> float:
         """Return the work of the cables on the platform, J."""
         if self.winches is None:

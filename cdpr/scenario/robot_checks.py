@@ -162,7 +162,8 @@ class RobotChecks(Checks):
         unilateral = self.document.get((*self.root, "unilateral")) is not False
         reported: set[Path] = set()  # a common limit is reported once
         for i, cable in self.cables(self.root):
-            for path, text in self._limits(common, cable, i, unilateral):
+            found = [*self._limits(common, cable, i, unilateral), *([] if unilateral else self._legs(cable))]
+            for path, text in found:
                 if path not in reported:
                     reported.add(path)
                     self.add_problem(path, text)
@@ -190,6 +191,14 @@ class RobotChecks(Checks):
             yield at_max, f"must be greater than 0 (N), got {exact(high)}: a cable must be able to pull"
         elif low > high:
             yield at_min, f"must not exceed the highest tension of this cable, {exact(high)} (N), got {exact(low)}"
+
+    def _legs(self, cable: CableSection) -> Iterator[tuple[Path, str]]:
+        model = cable.model or self.document.get((*self.root, "cable", "model"))
+        if isinstance(model, str) and model in MODELS and MODELS[model].span.bends:
+            text = (
+                f"rigid legs push, and cables of the model {model} cannot: remove unilateral, or choose another model"
+            )
+            yield (*self.root, "unilateral"), text
 
     def _written(self, name: str, common: float | list[float], own: float | None, i: int) -> Path:
         """Return the path at which a limit of cable i is given."""

@@ -9,6 +9,7 @@ import numpy as np
 
 from cdpr.base.columns import FIRST, GROUPS, Column, clash
 from cdpr.base.errors import PluginError
+from cdpr.cables import bends
 from cdpr.log.layout import Layout, implied_columns
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend, Controller, TensionSolver
@@ -22,6 +23,7 @@ from cdpr.simulation.loop_parts import loop_parts
 # is that of a part.
 CONDITIONS: dict[str, Callable[[Scenario, Sequence[LoopPart]], bool]] = {
     "winched": lambda scenario, parts: not scenario.ideal_cables,
+    "sagging": lambda scenario, parts: bends(scenario.robot),
     "later": lambda scenario, parts: True,
     "perceived": lambda scenario, parts: perceived_differs(scenario.nominal, parts),
     "loaded": lambda scenario, parts: bool(mass_changes(scenario.events)),

@@ -198,4 +198,17 @@ template <class T> inline int exert(Exertion<T>& cables) {
     return 0;
 }
 
+// The same with cables that sag.
+template <class T> struct BentExertion {
+    Exertion<T> cables;
+    const T* bending;  // (6), N and N m, wrench of the cables minus that by the wrench matrix
+    static constexpr auto fields = extended(Exertion<T>::fields, "bending(6)");
+};
+
+template <class T> inline int exert_bent(BentExertion<T>& problem) {
+    exert(problem.cables);
+    for (int64_t j = 0; j < 6; j++) problem.cables.wrench[j] = problem.cables.wrench[j] + problem.bending[j];
+    return 0;
+}
+
 }  // namespace cdpr::CDPR_TARGET

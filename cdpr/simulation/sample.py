@@ -7,7 +7,8 @@ from functools import partial
 
 import numpy as np
 
-from cdpr.base.errors import Diverged, LimitViolation
+from cdpr.base.errors import Diverged, LimitViolation, PluginError
+from cdpr.cables import bends
 from cdpr.log.layout import Layout
 from cdpr.log.limit_violations import beyond
 from cdpr.mechanics.energy import energy
@@ -170,15 +171,30 @@ class Sample:
             readings = backend.readings(tension, work)
         tensions, works = readings or ([partial(backend.read_tension, tension)], [read_work])
         command: Do = bind("copy", source=self.live.tension, target=backend.command)
-        reading = [Operation("backend", do) for do in (command, *tensions)]
+        reading = [Operation("backend", do) for do in (command, *tensions, *self._sagging(backend))]
         reading.append(Operation("backend", bind("not_finite", values=tension), self._refuse_tension))
         return reading, [Operation("backend", do) for do in works]
+
+    def _sagging(self, backend: Backend) -> Sequence[Do]:
+        """Return the operations that read cables which sag."""
+        if not self.layout.has("sagging"):
+            return ()
+        found = backend.bent_readings(self.view("unstretched_length"), self.view("bending_wrench"))
+        if found is None:
+            raise PluginError(f"{type(backend).__name__} does not support cables that sag: choose another backend")
+        return found
 
     def _refuse_seen(self, _: int) -> None:
         names = ", ".join(repr(part.name) for part in self._parts.more if part.writes)
         raise Diverged(f"the state that the controller sees is not finite; written by {names}")
 
     def _refuse_tension(self, _: int) -> None:
+        robot, state, command = self._parts.robot, self.state, self.live.tension
+        if bends(robot):
+            from cdpr.mechanics.sag import too_loose  # few robots need this import
+
+            if text := too_loose(robot, state[:3], state[3:7], self._parts.backend.gravity, command):
+                raise Diverged(text)
         values = ", ".join(f"{value:.4g}" for value in self.view("cable_tension"))
         raise Diverged(f"the backend's cable tensions are not finite: [{values}]")
 
@@ -186,7 +202,9 @@ class Sample:
         """Return the operation that writes the true wrench of the cables and the margins to the true limits."""
         command, cables = self.live.tension, self.cables
         tension = command if self._parts.ideal_cables else self.view("cable_tension")
-        exerted = bind("exert", matrix=self.true_W, tension=tension, wrench=self.view("true_wrench"))
+        given = {"matrix": self.true_W, "tension": tension, "wrench": self.view("true_wrench")}
+        sags = self.layout.has("sagging")
+        exerted = bind("exert_bent", **given, bending=self.view("bending_wrench")) if sags else bind("exert", **given)
         room = self.view("true_margin")
         measured = bind("room_within_limits", limits=cables.true_limits, tension=command, held=cables.held, room=room)
         # A sample without valid tensions contains these, too.

@@ -7,6 +7,7 @@ import pytest
 from conftest import crossed_box, make_robot, random_state
 
 from cdpr.cables import EXITS, Pulley
+from cdpr.cables.catenary import CATENARY
 from cdpr.cables.chain import MOST, Chain
 from cdpr.cables.direct import DIRECT
 from cdpr.cables.drum import DRUM
@@ -144,5 +145,5 @@ def test_a_swivelling_pulley():
 
 def test_every_part_is_compared():
     assert {DIRECT, DRUM} == set(WINCHES)
-    assert {INEXTENSIBLE, ELASTIC} == set(SPANS)
+    assert {INEXTENSIBLE, ELASTIC, CATENARY} == set(SPANS)  # the last one in test_catenary.py
     assert [Pulley] == [kind for kind in EXITS.values() if kind.header]

@@ -199,7 +199,7 @@ def test_parts_of_cables(tree):
     ring, sprung = ("--set", "robot.cables[0].exit={type: ring, rail: [1.0, 0.0, 0.0]}"), "robot.cable.model=sprung"
     spring = ("--set", sprung, "--set", "robot.cable.spring_rate=1e5")
     unknown = run("validate", WINCH, "--set", "robot.cable.model=spring")
-    assert "expected one of ideal, rigid, elastic, sprung, geared, heavy, got 'spring'" in unknown.stderr
+    assert "expected one of ideal, rigid, elastic, catenary, sprung, geared, heavy, got 'spring'" in unknown.stderr
     lacking = run("validate", ROOT / "scenarios" / "caroca.yaml", "--set", sprung)
     assert "cable.model sprung needs the spring rate (N/m) of each cable" in lacking.stderr
     short = ("--set", "simulation.duration=0.02", "--no-report", "--out", folder / "parts")
@@ -240,6 +240,6 @@ def test_a_span_that_bends(tree):
     short = ("--set", "simulation.duration=0.02", "--no-report", "--json", "--out", folder / "heavy")
     done = run("run", WINCH, *heavy, *short)
     assert done.returncode == 0, done.stderr
-    refused = run("fmu", "export", WINCH, "-o", folder / "heavy.fmu", "--with-winch", *heavy)
+    refused = run("fmu", "export", WINCH, "-o", folder / "heavy.fmu", "--only-winch", *heavy)
     assert refused.returncode == 2
-    assert "cable.model heavy bends" in refused.stderr
+    assert "has model heavy: it sags" in refused.stderr

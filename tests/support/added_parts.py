@@ -136,7 +136,7 @@ IN_THE_HEADER = {
     ),
     "exits": (", RING", "POINT, PULLEY"),
     "winches": (", GEARED", "DIRECT, DRUM"),
-    "spans": (", SPRING, HEAVY", "INEXTENSIBLE, ELASTIC"),
+    "spans": (", SPRING, HEAVY", "INEXTENSIBLE, ELASTIC, CATENARY"),
     "leave": (
         "\n    if (is(kind, RING)) return Ring::leave(anchor, numbers, tip);",
         "Pulley::leave(anchor, numbers, tip);",
@@ -162,14 +162,14 @@ IN_THE_HEADER = {
         "\n    if (is(kind, SPRING)) return Spring::rest(numbers, length, tension);",
         "Elastic::rest(numbers, length, tension);",
     ),
-    "bends": (" if (is(kind, HEAVY)) return true;", "bool bends([[maybe_unused]] T kind) {"),
+    "bends": (" if (is(kind, HEAVY)) return true;", "bool bends(T kind) {"),
     "bent_pull": (
-        "if (is(kind, HEAVY)) return Heavy::pull(span, unwound, lowest);\n    ",
-        "[[maybe_unused]] T lowest) {\n    ",
+        "\n    if (is(kind, HEAVY)) return Heavy::pull(span, unwound, lowest);",
+        "Catenary::pull(span, unwound, stretching, lowest);",
     ),
     "bent_rest": (
-        " if (is(kind, HEAVY)) return Heavy::rest(span, tension);",
-        "BentSpan<T> span, [[maybe_unused]] T tension) {",
+        "\n    if (is(kind, HEAVY)) return Heavy::rest(span, tension);",
+        "Catenary::rest(span, tension);",
     ),
 }
 
@@ -188,6 +188,6 @@ ENTRIES = {
     "ring_named": (', "ring": "cdpr.cables.ring:Ring"', '"pulley": "cdpr.cables.pulley:Pulley"'),
     "models": (
         '    "sprung": Chain(DRUM, SPRING),\n    "geared": Chain(GEARED, SPRING),\n    "heavy": Chain(DRUM, HEAVY),\n',
-        '    "elastic": Chain(DRUM, ELASTIC),\n',
+        '    "catenary": Chain(DRUM, CATENARY),\n',
     ),
 }

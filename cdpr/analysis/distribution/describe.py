@@ -7,10 +7,12 @@ from typing import Any
 import numpy as np
 
 from cdpr.analysis.distribution.survey import Survey, survey
+from cdpr.cables import bends
 from cdpr.mechanics.kinematics import make_state
 from cdpr.mechanics.properties import check_lengths, conditioning, free_wrench_matrix, unresisted
 from cdpr.mechanics.reach import Reach, bounds_of, plain_columns
 from cdpr.mechanics.restraint import RESTRAINTS, few_cables, restraint
+from cdpr.mechanics.sag import CHORD, least_tensions
 from cdpr.model.robot import Array, Robot
 from cdpr.tension.checks import RESIDUAL_TOLERANCE, newton
 from cdpr.tension.closure import positive_null_vector
@@ -40,6 +42,7 @@ def describe_robot(robot: Robot) -> dict[str, Any]:
         "restraint_meaning": RESTRAINTS[kind],
         "few_cables": few_cables(robot),
         "unilateral": robot.unilateral,
+        "sag": CHORD if bends(robot) else "",
         "characteristic_length_m": robot.characteristic_length,
         "platform": {
             "mass_kg": platform.mass,
@@ -95,7 +98,16 @@ def describe_pose(robot: Robot, pose: Array, gravity: Array, solve: Solve) -> di
         "static_margin_N": float(still.margin[0]) if balanced else None,
         "static_problem": None if balanced else _why_not(robot, W, still, solve),
         "static_residual_N": float(still.residual[0]),
+        "least_winch_tension_N": _least(robot, pose, gravity),
     }
+
+
+def _least(robot: Robot, pose: Array, gravity: Array) -> list[float] | None:
+    """Return the least tensions of sagging cables at their winches; None if none sags."""
+    if not bends(robot):
+        return None
+    found: list[float] = least_tensions(robot, pose[None, :3], pose[None, 3:], gravity)[0].tolist()
+    return found
 
 
 def _why_not(robot: Robot, W: Array, still: Survey, solve: Solve) -> str:

@@ -324,6 +324,12 @@ def _require_own_tensions(robot: Robot) -> None:
             "give winch and stiffness, or export the robot without winches"
         )
     for cable, chain in zip(robot.cables, _chains(robot), strict=True):
+        if chain.span.bends:
+            raise CdprError(
+                f"cable '{cable.name}' has model {cable.model or robot.cable_model}: it sags, so its tension depends "
+                "on the direction of its chord, and winches alone know only its length: set its model to "
+                f"{ACTUATED}, or export winches and platform in one, with --with-winch"
+            )
         if not (chain.stretches or chain.immediate):
             raise CdprError(
                 f"cable '{cable.name}' has model {cable.model or robot.cable_model}: it does not stretch, so its drum "

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from cdpr.base.errors import CdprError
 from cdpr.cables import chain_of
 from cdpr.cables.chain import Number, Part
 from cdpr.cables.tables import chain_table, line_table, places_of_states
@@ -33,20 +32,11 @@ def add_lines(pipeline: ExportedPipeline, robot: Robot) -> None:
 
 
 def add_chains(pipeline: ExportedPipeline, robot: Robot) -> None:
-    """Add the winches and spans of the cables, and link their variables.
-
-    Raises:
-        CdprError: if a cable sags.
-    """
+    """Add the winches and spans of the cables, and link their variables."""
     index = pipeline.add("chains", chain_table(robot), "memory")
     pipeline.add("winch_places", places_of_states(robot), "constant")
     for i, cable in enumerate(robot.cables):
         chain = chain_of(robot, cable)
-        if chain.span.bends:
-            raise CdprError(
-                f"cable '{cable.name}': cable.model {cable.model or robot.cable_model} bends, so exported FMUs do not "
-                "support it: choose another cable.model, or export without winches"
-            )
         for part, first in ((chain.winch, WINCH), (chain.span, SPAN)):
             for k, number in enumerate(part.numbers):
                 place = i * CHAIN_WIDTH + first + k

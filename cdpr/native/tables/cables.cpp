@@ -1,4 +1,5 @@
 // Cables: exits and geometry. SPDX-License-Identifier: Apache-2.0
+#include <cdpr/cables/bent_cables.hpp>
 #include <cdpr/group.hpp>
 #include <cdpr/mechanics/geometry.hpp>
 
@@ -9,6 +10,8 @@ static constexpr cdpr_entry entries[] = {
     entry<Geometry<double>, geometry<double>>("geometry"),
     entry<MatrixRate<double>, matrix_rate<double>>("matrix_rate"),
     entry<CableWrench<double>, cable_wrench<double>>("cable_wrench"),
+    entry<BentCables<double>, bent_cables<double>>("bent_cables"),
+    entry<BentLengths<double>, bent_lengths<double>>("bent_lengths"),
 #ifndef CDPR_ALONE
     entry<Geometry<Lanes>, geometry<Lanes>>("geometry_lanes"),
 #endif

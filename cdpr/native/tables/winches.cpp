@@ -8,10 +8,12 @@ namespace cdpr::CDPR_TARGET {
 static constexpr cdpr_entry entries[] = {
     entry<Plant<double>, settle_winches<double>>("settle_winches"),
     entry<WinchStep<double>, step_winches<double>>("step_winches"),
+    entry<BentReadings<double>, read_bent_cables<double>>("read_bent_cables"),
     entry<WinchRungeKutta<double>, winch_runge_kutta<double>>("winch_runge_kutta"),
 #ifndef CDPR_ALONE
     entry<Plant<Lanes>, settle_winches<Lanes>>("settle_winches_lanes"),
     entry<WinchStep<Lanes>, step_winches<Lanes>>("step_winches_lanes"),
+    entry<BentReadings<Lanes>, read_bent_cables<Lanes>>("read_bent_cables_lanes"),
     entry<WinchRungeKutta<Lanes>, winch_runge_kutta<Lanes>>("winch_runge_kutta_lanes"),
 #endif
 };

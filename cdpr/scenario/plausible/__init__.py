@@ -22,6 +22,7 @@ from cdpr.scenario.plausible.course import (
     taken_by_the_guide,
 )
 from cdpr.scenario.plausible.interference import touching
+from cdpr.scenario.plausible.loose import too_heavy
 from cdpr.scenario.plausible.passing import through_singular_places
 from cdpr.scenario.plausible.places import beyond_reach, far, no_length, one_sided, outside, too_weak
 from cdpr.scenario.plausible.setup import Finding, Setup
@@ -41,6 +42,7 @@ CHECKS: tuple[Callable[[Setup], Iterator[Finding]], ...] = (
     outside,
     beyond_reach,
     too_weak,
+    too_heavy,
     touching,
     gravity,
     after_the_end,

@@ -9,8 +9,8 @@ namespace fmu {
 static void copy(double* to, const double* from, size_t count) { memcpy(to, from, count * sizeof *to); }
 
 // Write the outputs of cables on winches, with the tensions of the present commands. Before the first step these are
-// the tensions at the start of the winches.
-static void publish_winches(Model& model) {
+// the tensions at the start of the winches. Return in `bending` (6) the wrench of cables that sag besides W t.
+static void publish_winches(Model& model, double* bending) {
     const size_t m = model.cables;
     const Platform& p = model.platform;
     const Scratch& s = model.scratch;
@@ -31,6 +31,8 @@ static void publish_winches(Model& model) {
     cdpr::PlatformDynamics<double> dynamics;
     write_tensions(ahead, dynamics);
     copy(model.field[CABLE_TENSION], s.tension, m);
+    cdpr::BentReadings<double> bent = {ahead, s.mass, bending};
+    read_bent_cables(bent);
     for (size_t i = 0; i < m; i++) {
         const cdpr::ChainRow<double> row = ahead.chain(int64_t(i));
         const double turn = row.per_turn(), carried = turn != 0.0 ? -ahead.rate[i] / turn : 0.0;
@@ -48,7 +50,8 @@ void publish_platform(Model& model) {
     copy(model.field[QUATERNION], state + 3, 4);
     copy(model.field[VELOCITY], state + 7, 3);
     copy(model.field[ANGULAR_VELOCITY], state + 10, 3);
-    if (model.has_winches()) publish_winches(model);
+    double bending[6] = {0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+    if (model.has_winches()) publish_winches(model, bending);
     const double still[7] = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0};
     double acceleration[6];
     copy(model.scratch.body, state, 13);
@@ -61,6 +64,7 @@ void publish_platform(Model& model) {
     plant.tension = model.scratch.tension;
     plant.length = model.field[CABLE_LENGTH];
     plant.rate = model.field[CABLE_RATE];
+    plant.beside = bending;
     observe(plant, acceleration);
     copy(model.field[ACCELERATION], acceleration, 3);
     copy(model.field[ANGULAR_ACCELERATION], acceleration + 3, 3);

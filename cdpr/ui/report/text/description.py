@@ -53,6 +53,8 @@ def lines(figures: dict[str, Any]) -> Iterator[str]:
         yield row("tool", f"{name} at {vector(point)} m")
     if "believed" in robot:
         yield row("nominal model", robot["believed"])
+    if robot.get("sag"):
+        yield row("cables sag", f"in runs; {robot['sag']}")
     yield f"at {vector(pose['position_m'])} m{turned(pose['orientation_wxyz'])} ({pose['source']})"
     meaning = (CONSTRAINTS if robot["unilateral"] else LEGS)[pose["constraint"]]
     yield row("constraint", f"{pose['constraint']}: {meaning}")
@@ -67,6 +69,8 @@ def lines(figures: dict[str, Any]) -> Iterator[str]:
         t = unrounded(pose["static_tension_N"])
         span = f"{min(t):.5g} to {max(t):.5g} N"
         yield row("static tensions", f"{span} (qp), smallest margin {pose['static_margin_N']:.4g} N")
+    if (least := pose.get("least_winch_tension_N")) is not None:
+        yield row("least tensions", f"{min(least):.4g} to {max(least):.4g} N at the winches carry the cables' weight")
     if pose.get("clearance_m") is not None:
         gap = pose["clearance_m"]
         through = passing(names := pose["clearance_by"], gap)

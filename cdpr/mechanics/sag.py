@@ -1,0 +1,125 @@
+"""Cables that sag: their least tensions and their curves at poses of a robot."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from cdpr.cables import chain_of
+from cdpr.cables.catenary.curve import curve, least_tension
+from cdpr.cables.tables import chain_table, exits, line_table
+from cdpr.model import Robot, rotations
+from cdpr.model.robot import Array
+from cdpr.native.bind import bind
+
+# Quantities without sag, for output and documentation.
+CHORD = (
+    "static tensions, stiffness, frequencies, workspaces, sizing, forward kinematics and clearances use the chords, "
+    "without weight"
+)
+
+
+def sagging(robot: Robot) -> list[int]:
+    """Return the indices of the cables that sag."""
+    return [i for i, cable in enumerate(robot.cables) if chain_of(robot, cable).span.bends]
+
+
+def least_tensions(robot: Robot, position: Array, orientation: Array, gravity: Array) -> Array:
+    """Return the least tensions of the cables at their winches.
+
+    A heavy cable with less tension has no equilibrium (`cdpr.cables.catenary`).
+
+    Args:
+        robot: the robot.
+        position: (k, 3) m, of the platform's origin.
+        orientation: (k, 4) quaternions w, x, y, z.
+        gravity: (3,) m/s^2, world axes.
+
+    Returns:
+        (k, m) N, 0 for cables that do not sag. The part of a cable on its pulley is left out.
+    """
+    found, some = np.zeros((len(position), robot.m)), sagging(robot)
+    if not some:
+        return found
+    tips, leaving, _ = _ends(robot, position, orientation)
+    cables = [robot.cables[i] for i in some]
+    density = np.array([cable.linear_density or 0.0 for cable in cables])
+    stiffness = np.array([cable.axial_stiffness for cable in cables], dtype=np.float64)
+    weight = density * float(np.linalg.norm(gravity))
+    found[:, some] = least_tension(leaving[:, some] - tips[:, some], weight, stiffness, gravity)
+    return found
+
+
+def too_loose(robot: Robot, position: Array, orientation: Array, gravity: Array, tension: Array) -> str:
+    """Return which cables have less than their least tension at a pose, and the remedy; "" if none.
+
+    Args:
+        robot: the robot.
+        position: (3,) m.
+        orientation: (4,) quaternion w, x, y, z.
+        gravity: (3,) m/s^2.
+        tension: (m,) N, at the winches.
+    """
+    if not sagging(robot):
+        return ""
+    least = least_tensions(robot, position[None], orientation[None], gravity)[0]
+    short = np.flatnonzero(~(tension >= least))
+    if not len(short):
+        return ""
+    i = int(short[np.argmax(least[short])])
+    more = f" (and {len(short) - 1} more)" if len(short) > 1 else ""
+    return (
+        f"cable '{robot.cables[i].name}'{more}: {tension[i]:.4g} N cannot carry its weight: it needs at least "
+        f"{least[i]:.4g} N at its winch here; raise tension.min, or give less linear_density"
+    )
+
+
+def curves(
+    robot: Robot, position: Array, orientation: Array, unstretched: Array, gravity: Array, count: int
+) -> dict[int, Array]:
+    """Return the curves of the cables that sag, by their indices.
+
+    Args:
+        robot: the robot.
+        position: (3,) m.
+        orientation: (4,) quaternion w, x, y, z.
+        unstretched: (m,) m, unstretched lengths between winch and platform.
+        gravity: (3,) m/s^2.
+        count: points of a curve.
+
+    Returns:
+        (count, 3) m each, world frame, from the platform to the exit. NaN if there is no solution.
+    """
+    some, g = sagging(robot), np.array(gravity, dtype=np.float64)
+    tips, leaving, wrapped = (part[0] for part in _ends(robot, position[None], orientation[None]))
+    force, tension = np.full((robot.m, 3), np.nan), np.full(robot.m, np.nan)
+    chord = leaving - tips
+    bind(
+        "bent_cables",
+        chains=chain_table(robot),
+        gravity=g,
+        chord=chord,
+        exit_to_anchor=robot.anchors[:, :3] - leaving,
+        wrapped_length=wrapped,
+        unwound=np.array(unstretched, dtype=np.float64),
+        stretching=np.zeros(robot.m),
+        force=force,
+        tension=tension,
+    )()
+    found = {}
+    for i in some:
+        cable = robot.cables[i]
+        stiffness, weight = float(cable.axial_stiffness or np.nan), (cable.linear_density or 0.0) * np.linalg.norm(g)
+        strain = 0.5 * (np.linalg.norm(force[i]) + tension[i]) / stiffness
+        span = float(unstretched[i] - wrapped[i] / (1.0 + strain))
+        found[i] = tips[i] + curve(force[i], span, chord[i], float(weight), stiffness, g, count)
+    return found
+
+
+def _ends(robot: Robot, position: Array, orientation: Array) -> tuple[Array, Array, Array]:
+    """Return anchors on the platform and exit points, (k, m, 3) m, and lengths on the exits, (k, m) m."""
+    k, m = len(position), robot.m
+    turned = np.asarray(rotations.matrix(np.asarray(orientation, dtype=np.float64)))
+    tips = np.asarray(position)[:, None] + robot.anchors[:, 3:] @ np.swapaxes(turned, -1, -2)
+    lines = np.tile(line_table(robot), (k, 1))
+    points, _, wrapped = exits(lines, tips.reshape(-1, 3))
+    return tips, points.reshape(k, m, 3), wrapped.reshape(k, m)
