@@ -188,6 +188,8 @@ def test_every_check_has_a_case():
     body = {"type": "payload", "time": 0.0, "mass": 1.0, "center": [0, 0, -1]}
     subjects.append(subject(load_scenario(SCENARIOS / "point_mass.yaml", overrides={"events": [body]})))
     subjects.append(subject(load_scenario(SCENARIOS / "gcode.yaml", overrides={"trajectory.limits.velocity": 0.1})))
+    loose = {"robot.tension.min": 10}
+    subjects.append(subject(load_scenario(SCENARIOS / "sagging.yaml", overrides=loose)))
     anchor = [round(a - b, 9) for a, b in zip(ROBOT["cables"][0]["frame"], ROBOT["cables"][0]["platform"], strict=True)]
     passing = {
         "initial.position": [anchor[0], anchor[1], anchor[2] - 0.5],

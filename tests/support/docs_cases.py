@@ -47,6 +47,7 @@ SLOW = (
     "run scenarios/cogiro_pulleys.yaml",
     "run scenarios/remote_plant.yaml",
     "run scenarios/thesis.yaml",
+    "run scenarios/sagging.yaml",
     "run scenarios/winch.yaml",
     "size scenarios/winch.yaml --broken",
     "study scenarios/studies/thesis_belief.yaml",
