@@ -16,7 +16,7 @@ struct Potential {
     static constexpr double SHARE = 1e-5;
 
     const double* lines;     // (m, w), as in Geometry
-    const double* chains;    // (m, 19), as in ChainRow
+    const double* chains;    // (m, 27), as in ChainRow
     const double* inertial;  // (13), `Robot.inertial`
     const double* gravity;   // (3), m/s^2, world
     const double* pose;      // (7): position, m, and quaternion
@@ -38,7 +38,7 @@ struct Potential {
     int64_t m;
     int64_t w;
     static constexpr char fields[] =
-        "lines(m, w >= 6), chains(m, 19), inertial(13), gravity(3), pose(7), spring(m), unwound(m), force(m), "
+        "lines(m, w >= 6), chains(m, 27), inertial(13), gravity(3), pose(7), spring(m), unwound(m), force(m), "
         "penalty(m), energy(1), gradient(6), hessian(6, 6), matrix(6, m), length(m), tension(m), slope(m), shift(m), "
         "work state(13), work rates(6, 6, m), work spare(m), m, w";
 };
@@ -114,7 +114,7 @@ inline int potential(Potential& at) {
 // Unwound lengths of cables at rest with given tensions; of cables that do not stretch, their lengths.
 struct RestLengths {
     const double* lines;    // (m, w), as in Geometry
-    const double* chains;   // (m, 19), as in ChainRow
+    const double* chains;   // (m, 27), as in ChainRow
     const double* poses;    // (k, 7): position, m, and quaternion
     const double* tension;  // (k, m), N
     double* unwound;        // (k, m), m
@@ -122,7 +122,7 @@ struct RestLengths {
     int64_t m;
     int64_t w;
     static constexpr char fields[] =
-        "lines(m, w >= 6), chains(m, 19), poses(k, 7), tension(k, m), unwound(k, m), k, m, w";
+        "lines(m, w >= 6), chains(m, 27), poses(k, 7), tension(k, m), unwound(k, m), k, m, w";
 };
 
 inline int rest_lengths(RestLengths& held) {

@@ -126,7 +126,7 @@ def test_curves_of_a_run(short):
         assert 1e-3 < np.abs(points - straight).max() < 0.5
 
 
-def test_what_does_not_sag():
+def test_uses_that_reject_heavy_cables():
     """Legs push; winches alone know no direction of a chord."""
     with pytest.raises(ScenarioError, match="rigid legs push, and cables of the model catenary cannot"):
         load_scenario(SAGGING, overrides={"robot.unilateral": False})

@@ -283,12 +283,12 @@ struct Catenary {
             climb = select(span.wrapped_length > T(0.0), weight * dot(span.exit_to_anchor, up), T(0.0));
         }
 
-        // Return the tension, N, further along the exit, where the cable is higher by `rise` of weight, N.
-        CDPR_INLINE T carried(T tension, T rise) const {
-            if (all(rise == T(0.0))) return tension;
-            const T sum = tension * (1.0 + compliance * tension) + rise;
+        // Return the tension, N, further along the exit, where the cable is higher by `lift` of weight, N.
+        CDPR_INLINE T carried(T tension, T lift) const {
+            if (all(lift == T(0.0))) return tension;
+            const T sum = tension * (1.0 + compliance * tension) + lift;
             const T there = 2.0 * sum / (1.0 + square_root(1.0 + 4.0 * compliance * sum));
-            return select(rise == T(0.0), tension, there);
+            return select(lift == T(0.0), tension, there);
         }
     };
 

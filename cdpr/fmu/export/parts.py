@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from cdpr.cables import chain_of
-from cdpr.cables.chain import Number, Part
+from cdpr.cables.chain import MOST, Number, Part
 from cdpr.cables.tables import chain_table, line_table, places_of_states
 from cdpr.model import Robot
 from cdpr.native.exported_pipeline import ExportedPipeline, Link
 
 # Indices in a row of `chains`, `cdpr/cables/chain.hpp`.
-WINCH, SPAN, CHAIN_WIDTH = 3, 11, 19
+WINCH, SPAN, CHAIN_WIDTH = 3, 3 + MOST, 3 + 2 * MOST
 
 
 def numbers_of(parts: Sequence[Part]) -> list[Number]:
