@@ -32,7 +32,7 @@ def _cells(column: Column) -> tuple[str, ...]:
 
 def _places(column: Column) -> str:
     first, *second = (f"`{topic}` {field}" for topic, field in column.topics)
-    return f"{first}; with ideal cables `{column.topics[1][0]}` instead" if second else first
+    return f"with ideal cables: {second[0]}; with other cables: {first}" if second else first
 
 
 def updated(text: str) -> str:

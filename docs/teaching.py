@@ -295,7 +295,7 @@ def solver_table() -> str:
         for name, row in results()["solvers"].items()
     ]
     titles = ["solver", "selected tensions", "tensions (N)", "largest change in 1 ms (N)"]
-    titles += ["largest position error (mm)", "samples without valid tensions"]
+    titles += ["largest position error (mm)", "control steps in which the solver violates a limit"]
     return table(titles, rows)
 
 

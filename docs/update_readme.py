@@ -34,8 +34,8 @@ def plugin_table(role: str) -> str:
 
 
 def check_table(checks: Sequence[Check[Any]]) -> str:
-    """Return the table of checks of the conformance kit: their names, and the first lines of their docstrings."""
-    return table(("check", "requirement"), ((f"`{check.id}`", check.reason) for check in checks))
+    """Return the table of checks of the conformance kit: their names and docstrings."""
+    return table(("check", "requirement"), ((f"`{check.id}`", check.description) for check in checks))
 
 
 def step_table() -> str:

@@ -148,7 +148,7 @@ _WRENCH, _EXTERNAL = ("/cdpr/platform/wrench/wrench",), ("/cdpr/platform/externa
 COMMANDS, _STATES = "/cdpr/cable_commands", "/cdpr/cable_states"
 _SOLVER, _ENERGY = ("/cdpr/solver/data",), ("/cdpr/energy/data",)
 _BY_LENGTH = "moments divided by the characteristic length"
-_HELD = "constant until the next sample"
+_HELD = "from this sample to the next"
 
 # State, desired state and the report of the tension stage are contiguous: the loop uses one view of each.
 FIRST: tuple[Column, ...] = (
@@ -165,7 +165,7 @@ FIRST: tuple[Column, ...] = (
     Column("desired_angular_acceleration", 3, "rad/s^2", "Desired angular acceleration", WORLD, (_ACCEL + ".angular",)),
     Column("wrench", 6, "N, N m", "Wrench required by the controller, about the origin", WORLD, _WRENCH),
     # For ideal cables the command is the tension, unless an event broke or jammed the cable.
-    Column("tension", CABLES, "N", f"Commanded tension; {_HELD}", places=(COMMANDS + "/effort", _STATES + "/effort")),
+    Column("tension", CABLES, "N", f"Tension command {_HELD}", places=(COMMANDS + "/effort", _STATES + "/effort")),
     Column("length", CABLES, "m", "Cable lengths", places=(_STATES + "/position",)),
     Column("rate", CABLES, "m/s", "Rates of the cable lengths", places=(_STATES + "/velocity",)),
     Column("status", 1, "", "Result of the solver, a `cdpr.tension.Status`; 0 is OK", places=_SOLVER),
@@ -185,7 +185,7 @@ FIRST: tuple[Column, ...] = (
         places=_SOLVER,
     ),
     Column("at_limit", 1, "", "Number of cables at a limit", places=_SOLVER),
-    Column("external", 6, "N, N m", f"External wrench on the platform, about its origin; {_HELD}", WORLD, _EXTERNAL),
+    Column("external", 6, "N, N m", f"External wrench on the platform {_HELD}, about the origin", WORLD, _EXTERNAL),
     Column("kinetic", 1, "J", "Kinetic energy of the platform", places=_ENERGY),
     Column("potential", 1, "J", "Potential energy; 0 if the centre of mass is at the world's origin", places=_ENERGY),
     Column("cable_work", 1, "J", "Work of the cables on the platform since the first sample", places=_ENERGY),

@@ -16,17 +16,19 @@ STEPS = 100
 STEP = 1e-3  # s
 VELOCITY = np.array([0.5, -0.3, 0.2])  # m/s, of the frame
 
-# In the state after these steps. With the anchors of another time of the step, the error exceeds 1e-5.
+# In the state after these steps. A semi-implicit scheme computes the cables with the anchors at the start of the
+# physics step. With the anchors of another time of the step, the error exceeds 1e-5.
 ROUND_OFF = 1e-9
 
 MOTION = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_void_p, ctypes.c_double)
 
 
 def uniform_motion_changes_nothing(subject: BackendSubject) -> None:
-    """A constant velocity, added to both anchors and platform, does not change their relative motion.
+    """If the same constant velocity is added to frame and platform, their relative motion does not change.
 
-    The cables are evaluated with the anchors at the time of the evaluation: for semi-implicit schemes, at the start of
-    the physics step.
+    The kit moves the anchors on the frame at a constant velocity, and adds the same velocity to the platform. The
+    motion of the platform relative to these anchors must be the same as without this velocity. Skipped if the backend
+    does not declare `moving_anchors`.
     """
     features = subject.properties.get("features", ())
     needs(isinstance(features, tuple | list) and "moving_anchors" in features, "it does not declare moving_anchors")

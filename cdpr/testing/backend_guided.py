@@ -26,7 +26,10 @@ def guided_state_round_trip(subject: BackendSubject) -> None:
 
 
 def guided_wrench_accelerates(subject: BackendSubject) -> None:
-    """Gravity, each cable and the external wrench accelerate a guided platform by its equations of motion."""
+    """The acceleration of a guided platform agrees with its equations of motion.
+
+    The kit tests gravity, each cable, and each component of the external wrench.
+    """
     _accelerates(subject, samples.planar(), samples.planar_state(np.random.default_rng(31), speed=0.0))
 
 
@@ -58,7 +61,7 @@ def held_directions_stay(subject: BackendSubject) -> None:
 
 
 def guided_order_is_as_declared(subject: BackendSubject) -> str:
-    """The error of a guided platform is also proportional to step^`order`."""
+    """The error of a guided platform's state is proportional to step^p, where p is the declared `order`."""
     return _order(subject, samples.planar(), _start(), COMMAND, _truth())
 
 
@@ -86,12 +89,15 @@ def spherical_state_round_trip(subject: BackendSubject) -> None:
 
 
 def spherical_wrench_accelerates(subject: BackendSubject) -> None:
-    """Gravity, each cable and the external wrench accelerate a platform on a ball joint by its equations of motion."""
+    """The acceleration of a platform on a ball joint agrees with its equations of motion.
+
+    The kit tests gravity, each cable, and each component of the external wrench.
+    """
     _accelerates(subject, samples.spherical(), samples.spherical_state(np.random.default_rng(35), speed=0.0))
 
 
 def spherical_origin_stays(subject: BackendSubject) -> None:
-    """A platform on a ball joint does not leave the joint, under any load."""
+    """A platform on a ball joint rotates only: its origin does not move, under any load."""
     start = samples.spherical_state(np.random.default_rng(36))
     backend = subject.guided(start, robot=samples.spherical())
     backend.command[:] = 100.0
@@ -103,7 +109,7 @@ def spherical_origin_stays(subject: BackendSubject) -> None:
 
 
 def spherical_order_is_as_declared(subject: BackendSubject) -> str:
-    """The error of a platform on a ball joint is also proportional to step^`order`."""
+    """The error of the state on a ball joint is proportional to step^p, where p is the declared `order`."""
     return _order(subject, samples.spherical(), _spherical_start(), BALL_COMMAND, _spherical_truth())
 
 

@@ -35,7 +35,10 @@ def _ride(subject: BackendSubject, steps: int = 200) -> Array:
 
 
 def arrays_are_kept(subject: BackendSubject) -> None:
-    """`command`, `external` and `state` remain the same float64 arrays. The plant writes only `state`."""
+    """The attributes `command`, `external` and `state` remain the same arrays of float64.
+
+    The plant writes only into `state`.
+    """
     backend = subject.make(samples.state(np.random.default_rng(0)))
     arrays = {"command": backend.command, "external": backend.external, "state": backend.state}
     for (name, array), size in zip(arrays.items(), (8, 6, 13), strict=True):
@@ -50,7 +53,7 @@ def arrays_are_kept(subject: BackendSubject) -> None:
 
 
 def made_and_closed_twice(subject: BackendSubject) -> None:
-    """Two plants in one process, the second created after the first was closed, have identical states."""
+    """If a plant is closed and a second one is created in the same process, both have identical states."""
     expect_same_bits(_ride(subject), _ride(subject), "state of a second plant after 200 steps")
 
 
@@ -69,7 +72,10 @@ def reset_forgets(subject: BackendSubject) -> None:
 
 
 def platform_is_renewed(subject: BackendSubject) -> None:
-    """After `renew` and `reset`, the states are identical to those of a new plant with the new platform."""
+    """After `renew(robot)` and `reset`, the states are identical to those of a new plant for this robot.
+
+    Skipped if `renew` returns False.
+    """
     start, robot = samples.state(np.random.default_rng(2), tilt=0.3), samples.laden(samples.free())
     fresh, used = subject.make(start, robot), subject.make(start)
     used.step(37)
@@ -82,7 +88,10 @@ def platform_is_renewed(subject: BackendSubject) -> None:
 
 
 def steps_add_up(subject: BackendSubject) -> None:
-    """step(10) equals ten calls of step(1) with the same command and wrench. step(0) changes nothing."""
+    """The call `step(10)` gives the same state as ten calls of `step(1)`.
+
+    Command and external wrench are constant. The call `step(0)` changes nothing.
+    """
     start = samples.state(np.random.default_rng(3), tilt=0.3)
     whole, parts = subject.make(start), subject.make(start)
     for backend in (whole, parts):
@@ -96,7 +105,10 @@ def steps_add_up(subject: BackendSubject) -> None:
 
 
 def operations_make_a_step(subject: BackendSubject) -> None:
-    """The compiled functions that `operations` and `phases` return give the same states as the method `step`."""
+    """The compiled functions of a step give the same states as the method `step`.
+
+    The methods `operations` and `phases` return these functions. Skipped for backends without such functions.
+    """
     start, steps = samples.state(np.random.default_rng(10), tilt=0.3), 20
 
     def loaded() -> Backend:
@@ -136,7 +148,10 @@ def instances_are_apart(subject: BackendSubject) -> None:
 
 
 def snapshot_restores(subject: BackendSubject) -> None:
-    """After each `restore` of a snapshot, the plant repeats the same states and times."""
+    """After `restore`, the plant repeats the states and times that followed the snapshot.
+
+    Skipped if the backend does not declare `snapshot`.
+    """
     needs(subject.properties.get("snapshot"), "it does not declare snapshot")
     backend = subject.make(samples.state(np.random.default_rng(5), tilt=0.3))
     backend.command[:], backend.external[:] = np.linspace(40.0, 130.0, 8), [1.0, 2.0, 3.0, 0.4, 0.5, 0.6]
@@ -155,7 +170,10 @@ def snapshot_restores(subject: BackendSubject) -> None:
 
 
 def columns_are_written(subject: BackendSubject) -> str:
-    """In each sample, all declared columns contain finite numbers. The plugin writes only into its own columns."""
+    """In each sample, the plant writes finite numbers into all columns of the log that the backend declares.
+
+    It writes nothing outside these columns. Skipped if it declares no columns.
+    """
     start = samples.state(np.random.default_rng(9), tilt=0.3)
     backend = subject.make(start)
 
@@ -168,7 +186,10 @@ def columns_are_written(subject: BackendSubject) -> str:
 
 
 def clock_counts_steps(subject: BackendSubject) -> None:
-    """`engine_time` equals the step times the number of steps since the reset."""
+    """The method `engine_time` returns the number of steps since `reset`, multiplied by the step size.
+
+    Skipped if it returns None.
+    """
     backend = subject.make(samples.state(np.random.default_rng(6)), step=2e-3)
     needs(backend.engine_time() is not None, "it has no engine_time")
     for _ in range(2):
@@ -195,7 +216,11 @@ def keeps_quiet(subject: BackendSubject) -> None:
 
 
 def nothing_leaks(subject: BackendSubject) -> None:
-    """40 more plants, created and closed, leave at most one open file, one thread and 4 MB of memory."""
+    """Closed plants leave no open files, threads or memory.
+
+    The kit creates and closes 40 plants. The process may then have at most one more open file, one more thread and 4 MB
+    more memory.
+    """
     needs(os.path.isdir("/proc/self/fd"), "only Linux reports the resources of a process")
 
     def cycle(count: int) -> tuple[int, int, int]:

@@ -16,7 +16,10 @@ ROUND_OFF = 1e-9  # in the state after some steps
 
 
 def mass_changes_in_place(subject: BackendSubject) -> None:
-    """`load` changes neither state nor clock. The motion after `load` is that of a new plant with the new mass."""
+    """The method `load` changes the mass, but neither state nor time.
+
+    The plant then moves like a new plant with the new mass. Skipped if the backend does not declare `load`.
+    """
     needs(subject.properties.get("load"), "it does not declare load")
     start = samples.state(np.random.default_rng(70), tilt=0.3)
     _moves_like_a_new_one(subject, samples.free(), start)
@@ -46,7 +49,12 @@ def _moves_like_a_new_one(subject: BackendSubject, robot: Robot, start: Array) -
 
 
 def snapshot_restores_after_load(subject: BackendSubject) -> None:
-    """If `load` sets the mass that was valid at a snapshot, the plant repeats the same states after `restore`."""
+    """The plant can restore a snapshot, even if `load` changed the mass after the snapshot.
+
+    The kit takes a snapshot and changes the mass. Then it calls `load` with the mass at the time of the snapshot, and
+    `restore`. The plant must then repeat the states that followed the snapshot. Skipped if the backend does not declare
+    `load` and `snapshot`.
+    """
     needs(subject.properties.get("load"), "it does not declare load")
     needs(subject.properties.get("snapshot"), "it does not declare snapshot")
     robot = samples.free()

@@ -29,7 +29,10 @@ NO_WRENCH = np.zeros(6)
 
 
 def state_round_trip(subject: BackendSubject) -> None:
-    """After `reset(start)`, `state` equals `start` in any attitude. `start` itself is unchanged."""
+    """After `reset(start)`, `state` equals `start`, in any attitude.
+
+    The plant copies the array `start`, and does not change it.
+    """
     rng = np.random.default_rng(10)
     backend = subject.make(samples.state(rng))
     for _ in range(100):
@@ -47,7 +50,7 @@ def state_round_trip(subject: BackendSubject) -> None:
 
 
 def state_is_current(subject: BackendSubject) -> None:
-    """After a step, pose and twist are those at the end of this step, not those of the previous step."""
+    """After a step, `state` contains pose and twist at the end of this step, not those at its start."""
     rng = np.random.default_rng(11)
     start = samples.state(rng)
     start[7:] = [8.0, -5.0, 6.0, 3.0, -2.0, 4.0]
@@ -58,19 +61,25 @@ def state_is_current(subject: BackendSubject) -> None:
 
 
 def gravity_pulls(subject: BackendSubject) -> None:
-    """The platform accelerates along the given gravity, in any direction."""
+    """If only gravity acts, the acceleration of the platform is the gravity vector.
+
+    The kit tests several directions of this vector, and a gravity of zero.
+    """
     for gravity in (np.array([0.0, 0.0, -9.81]), np.array([1.0, 2.0, -5.0]), np.zeros(3)):
         _accelerates(subject, gravity, NO_COMMAND, NO_WRENCH, "acceleration by gravity")
 
 
 def external_wrench_acts_on_the_origin(subject: BackendSubject) -> None:
-    """Each external force and moment acts at the origin, in world axes, on the full inertia tensor."""
+    """`external` acts as a force at the origin of the platform and a moment, both in world axes.
+
+    The inertia tensor in this check has products of inertia (entries off the diagonal).
+    """
     for k, part in enumerate(np.eye(6)):
         _accelerates(subject, NO_GRAVITY, NO_COMMAND, 100.0 * part, f"acceleration by external[{k}]")
 
 
 def cables_pull(subject: BackendSubject) -> None:
-    """Each command pulls along its own cable, at the anchor of this cable."""
+    """Each command pulls the platform along its own cable, at the anchor of this cable."""
     for i, part in enumerate(np.eye(8)):
         _accelerates(subject, NO_GRAVITY, 100.0 * part, NO_WRENCH, f"acceleration by cable {i + 1}")
 
@@ -97,7 +106,7 @@ def _accelerates(
 
 
 def wrench_ends(subject: BackendSubject) -> None:
-    """If command and external wrench are set to zero, they have no effect in the next step."""
+    """After command and external wrench are set to zero, their earlier values have no effect."""
     backend = subject.make(samples.state(np.random.default_rng(13), tilt=0.3))
     backend.command[:], backend.external[:] = np.linspace(100.0, 400.0, 8), [900.0, 500.0, 700.0, 50.0, 40.0, 60.0]
     backend.step(3)
@@ -109,7 +118,10 @@ def wrench_ends(subject: BackendSubject) -> None:
 
 
 def coasting_keeps_velocity(subject: BackendSubject) -> None:
-    """A free body keeps its velocity, of 3 m/s or 1e-4 m/s: the engine neither damps it nor sets it to zero."""
+    """A free body keeps its velocity: the engine does not damp the motion.
+
+    The kit tests 3 m/s and 1e-4 m/s.
+    """
     for speed in (3.0, 1e-4):
         start = samples.state(np.random.default_rng(14), speed=speed)
         backend = subject.make(start, samples.ball(), NO_GRAVITY, 1e-2)
@@ -119,7 +131,10 @@ def coasting_keeps_velocity(subject: BackendSubject) -> None:
 
 
 def coasts_however_slowly(subject: BackendSubject) -> None:
-    """A free body keeps even a velocity of 1e-9 m/s or rad/s: the engine does not set it to zero."""
+    """A free body keeps even a very low velocity: the engine does not set it to zero.
+
+    The kit tests 1e-5, 1e-7 and 1e-9, in m/s and in rad/s.
+    """
     for speed in SLOW:
         for part, what in ((slice(7, 10), "m/s"), (slice(10, 13), "rad/s")):
             start = samples.state(np.random.default_rng(14), speed=0.0)
@@ -133,7 +148,7 @@ def coasts_however_slowly(subject: BackendSubject) -> None:
 
 
 def gravity_pulls_under_any_load(subject: BackendSubject) -> None:
-    """Gravity causes the same acceleration with small and with large commands and wrenches."""
+    """Gravity adds the same acceleration, no matter how large commands and external wrench are."""
     for size in LOADS:
         pull, push = size * np.linspace(0.5, 1.0, 8), size * np.array([0.3, -0.5, 0.7, 0.2, 0.1, -0.4])
         for command, external, what in ((pull, NO_WRENCH, "commands"), (NO_COMMAND, push, "a wrench")):
@@ -154,7 +169,10 @@ def _after_a_step(subject: BackendSubject, gravity: Array, command: Array, exter
 
 
 def long_fall(subject: BackendSubject) -> None:
-    """In a fall of 30 s, the speed increases by g times the time, up to a declared `speed_max`."""
+    """During a fall of 30 s, the speed is g times the time.
+
+    If the backend declares `speed_max`, the fall is shorter, and its speed stays below this value.
+    """
     limit = float(subject.properties.get("speed_max", math.inf))
     h = 1e-2
     steps = int(min(3000.0, 0.9 * limit / (9.81 * h)))
@@ -167,7 +185,10 @@ def long_fall(subject: BackendSubject) -> None:
 
 
 def tumbling_keeps_energy_and_momentum(subject: BackendSubject) -> None:
-    """In 10 s of free rotation, energy changes by at most 0.5 %, angular momentum by at most 0.3 %."""
+    """A platform that rotates freely keeps its energy and momentum.
+
+    In 10 s, the energy changes by at most 0.5 %, and the angular momentum by at most 0.3 %.
+    """
     start, robot = samples.state(np.random.default_rng(16)), samples.free()
     start[7:] = [0.3, -0.2, 0.1, 0.2, 3.0, 0.1]
     backend = subject.make(start, gravity=NO_GRAVITY)
@@ -197,7 +218,10 @@ def hovers_in_balance(subject: BackendSubject) -> None:
 
 
 def nan_shows(subject: BackendSubject) -> None:
-    """If command or wrench is NaN or infinite, the next `state` is obviously invalid, or an error is raised."""
+    """If a command or the external wrench is NaN or infinite, the next `state` is invalid, or an error is raised.
+
+    An invalid state contains NaN, infinity or a huge speed.
+    """
     for value in (math.nan, math.inf):
         for k in range(6):
             _shows(subject, NO_COMMAND, np.where(np.arange(6) == k, value, 0.0))
@@ -226,7 +250,10 @@ def _shows(subject: BackendSubject, command: Array, external: Array) -> None:
 
 
 def order_is_as_declared(subject: BackendSubject) -> str:
-    """With constant commands, the error of the state is proportional to step^`order`."""
+    """The error of the state is proportional to step^p, where p is the declared `order`.
+
+    The commands are constant. Skipped if the backend declares no `order`.
+    """
     order = subject.properties.get("order")
     needs(order is not None, "it declares no order")
     rng = np.random.default_rng(5)

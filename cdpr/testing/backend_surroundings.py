@@ -21,7 +21,10 @@ STEPS = 600
 
 
 def obstacles_stop_the_platform(subject: BackendSubject) -> None:
-    """A platform that falls onto an obstacle does not pass through it. After `reset`, it stops there again."""
+    """A platform that falls onto an obstacle does not pass through it.
+
+    After `reset`, it falls again and stops there again. Skipped if the backend does not declare `obstacles`.
+    """
     _needs_obstacles(subject)
     start = np.zeros(13)
     start[2:4] = RADIUS + FALL, 1.0
@@ -35,7 +38,10 @@ def obstacles_stop_the_platform(subject: BackendSubject) -> None:
 
 
 def distant_obstacles_have_no_effect(subject: BackendSubject) -> None:
-    """An obstacle that the platform does not touch has no effect on the motion."""
+    """An obstacle that the platform does not touch has no effect on the motion.
+
+    Skipped if the backend does not declare `obstacles`.
+    """
     _needs_obstacles(subject)
     start = samples.state(np.random.default_rng(80), tilt=0.3)
 

@@ -30,7 +30,12 @@ def winched(model: str) -> Robot:
 
 
 def winches_pull_as_reported(subject: BackendSubject) -> None:
-    """Reported tensions contain winch friction and inertia. These tensions, not commands, cause motion and work."""
+    """The tensions that the plant reports are the tensions that pull the platform.
+
+    Friction and inertia of a winch change the tension of its cable. Therefore, the tension differs from the command.
+    The plant must report the real tension, not the command. The acceleration of the platform and the work of the cables
+    must correspond to this tension. Skipped if the backend supports no `cable_models` with winches.
+    """
     models = subject.properties.get("cable_models", ())
     wound = [name for name, chain in MODELS.items() if not chain.immediate]
     needs(isinstance(models, list | tuple) and set(wound) & set(models), "it declares no winches")

@@ -51,7 +51,7 @@ class CheckResult:
 class Check(Generic[S]):
     """Check of a plugin: a function that returns, optionally with a remark, or raises Failed or NotApplicable.
 
-    Its name is the check's id, and the first line of its docstring the reason.
+    Its name is the check's id. The first line of its docstring is the reason, the rest describes details.
     """
 
     function: Callable[[S], str | None]
@@ -65,6 +65,11 @@ class Check(Generic[S]):
     def reason(self) -> str:
         """Purpose of the check in one line."""
         return (self.function.__doc__ or "").strip().splitlines()[0].rstrip(".")
+
+    @property
+    def description(self) -> str:
+        """Reason and details as one line, for docs/plugin_checks.md."""
+        return " ".join((self.function.__doc__ or "").split()).rstrip(".")
 
     def carry_out(self, subject: AbstractContextManager[S], expected_failures: Mapping[str, str]) -> CheckResult:
         """Run the check; return a result whatever the plugin does."""

@@ -43,7 +43,10 @@ def _motion(k: int) -> tuple[Array, Array]:
 
 
 def output_is_complete(subject: ControllerSubject) -> str:
-    """The controller writes every entry of its output. All are finite for states near the desired state."""
+    """The controller writes a finite number into every entry of its output.
+
+    The states in this check are near the desired states.
+    """
     controller = subject.make(samples.braced())
     started = perf_counter()
     for k in range(200):
@@ -76,7 +79,10 @@ def reset_forgets(subject: ControllerSubject) -> None:
 
 
 def period_is_whole(subject: ControllerSubject) -> str:
-    """`period` is an integer of at least 1 (control steps). `output` is an allowed value."""
+    """The attribute `period` is a whole number of control steps, at least 1.
+
+    The declared `output` is an allowed word, such as `wrench` or `command`.
+    """
     controller = subject.make(samples.braced())
     output = controller.output or subject.properties.get("output", "wrench")
     expect(output in OUTPUTS, f"output {short_repr(output)}: expected one of {', '.join(OUTPUTS)}")
@@ -87,7 +93,10 @@ def period_is_whole(subject: ControllerSubject) -> str:
 
 
 def inputs_may_change(subject: ControllerSubject) -> None:
-    """A controller with `observe` has a finite output even if the limits change or a cable breaks during a run."""
+    """The output stays finite if the tension limits change or a cable breaks during a run.
+
+    Skipped for controllers without the method `observe`.
+    """
     controller = subject.make(samples.braced())
     needs(type(controller).observe is not Controller.observe, "it does not observe limits and held cables")
     for k in range(40):
@@ -100,7 +109,10 @@ def inputs_may_change(subject: ControllerSubject) -> None:
 
 
 def platform_is_renewed(subject: ControllerSubject) -> None:
-    """After `renew` and `reset`, the outputs are identical to those of a new object with the new platform."""
+    """After `renew(robot)` and `reset`, the outputs are identical to those of a new object for this robot.
+
+    Skipped if `renew` returns False.
+    """
     robot = samples.laden(samples.braced())
     used, fresh = subject.make(samples.braced()), subject.make(robot)
     for k in range(20):
@@ -113,7 +125,10 @@ def platform_is_renewed(subject: ControllerSubject) -> None:
 
 
 def columns_are_written(subject: ControllerSubject) -> str:
-    """In each sample, all declared columns contain finite numbers. The plugin writes only into its own columns."""
+    """In each sample, the controller writes finite numbers into all columns of the log that it declares.
+
+    It writes nothing outside these columns. Skipped if it declares no columns.
+    """
     robot = samples.braced()
     controller = subject.make(robot)
 
@@ -124,7 +139,11 @@ def columns_are_written(subject: ControllerSubject) -> str:
 
 
 def options_change(subject: ControllerSubject) -> str:
-    """After `change`, outputs are identical to those of a new object with these options. A change back undoes it."""
+    """After `change`, the outputs are identical to those of a new object with the same options.
+
+    If a second `change` sets the first options again, the outputs are the same as without any change. Each changeable
+    option must have an effect. Skipped without `changeable` options.
+    """
     return expect_changes(
         subject.changeable,
         subject.options,
@@ -134,7 +153,10 @@ def options_change(subject: ControllerSubject) -> str:
 
 
 def snapshot_restores(subject: ControllerSubject) -> None:
-    """After each `restore` of a snapshot, the outputs repeat. Skipped if `snapshot` raises a `PluginError`."""
+    """After `restore`, the controller repeats the outputs that followed the snapshot.
+
+    Skipped if `snapshot` raises a `PluginError`.
+    """
     controller = subject.make(samples.braced())
     for k in range(30):
         subject.compute(controller, *_motion(k), time=1e-3 * k)
@@ -151,7 +173,10 @@ def snapshot_restores(subject: ControllerSubject) -> None:
 
 
 def on_target_it_carries_the_weight(subject: ControllerSubject) -> None:
-    """At rest at the target, the wrench balances the weight, also if the centre of mass is not at the origin."""
+    """If the platform rests at its target, the wrench balances the weight.
+
+    The centre of mass of this platform is not at its origin. Skipped if the output consists of commands.
+    """
     needs(not subject.commands, "its output is commands, not a wrench")
     for seed, gravity in ((1, GRAVITY), (2, np.array([1.0, -2.0, -5.0])), (3, NO_GRAVITY)):
         state = _rest(seed)
@@ -161,7 +186,11 @@ def on_target_it_carries_the_weight(subject: ControllerSubject) -> None:
 
 
 def it_pulls_towards_the_target(subject: ControllerSubject) -> None:
-    """Shift the target along any axis k: the force along k grows. Rotate it about k: the moment about k grows."""
+    """If the target moves away from the platform, the wrench towards the target increases.
+
+    The kit shifts the target along each axis: the force along this axis must increase. It also rotates the target about
+    each axis: the moment about this axis must increase.
+    """
     robot, state = samples.braced(), _rest(4)
     W = kinematics.wrench_matrix(robot, state)
     balance = _wrench(subject, W, subject.compute(subject.make(robot), state, _target(state)))
@@ -179,7 +208,11 @@ def _wrench(subject: ControllerSubject, W: Array, out: Array) -> Array:
 
 
 def directions_are_equal(subject: ControllerSubject) -> None:
-    """If robot, motion and gravity are rotated, so is the wrench; commands stay. Skipped for `isotropic: false`."""
+    """The controller works in the same way in all directions.
+
+    The kit applies one rotation to the robot, the motion and gravity. An output wrench must rotate in the same way.
+    Output commands must not change. Skipped if the controller declares `isotropic: false`.
+    """
     needs(subject.properties.get("isotropic", True), "it declares isotropic: false")
     robot = samples.braced()
     q = samples.attitude(np.random.default_rng(5))
@@ -207,7 +240,7 @@ def _turned_robot(robot: Robot, R: Array) -> Robot:
 
 
 def nan_shows(subject: ControllerSubject) -> None:
-    """If the state contains NaN, the output contains a non-finite value, or the controller raises an error."""
+    """If the state contains NaN, the output contains NaN or infinity, or the controller raises an error."""
     for k in range(13):
         state, desired = _motion(6)
         state[k] = np.nan
@@ -219,7 +252,10 @@ def nan_shows(subject: ControllerSubject) -> None:
 
 
 def it_settles(subject: ControllerSubject) -> str:
-    """A platform at 3 cm and 0.03 rad from its target moves at least halfway to it in three seconds."""
+    """Within three seconds, the controller moves the platform at least halfway to its target.
+
+    At the start, the distance to the target is 3 cm and 0.03 rad.
+    """
     robot, step = samples.braced(), 5e-3
     controller = subject.make(robot, step=step)
     target = _target(_rest(7))

@@ -44,7 +44,10 @@ def _answered(subject: SolverSubject) -> Iterator[tuple[Problem, Array]]:
 
 
 def answers_balance(subject: SolverSubject) -> str:
-    """If the status is OK, W t equals the wrench. Relative tolerance: 1e-9 with `exact`, otherwise 1e-6."""
+    """If the status is OK, W t equals the wrench.
+
+    The relative tolerance is 1e-9 if the solver declares `exact`, and 1e-6 otherwise.
+    """
     count = 0
     started = perf_counter()
     for problem, tension in _answered(subject):
@@ -56,7 +59,10 @@ def answers_balance(subject: SolverSubject) -> str:
 
 
 def answers_are_within_the_limits(subject: SolverSubject) -> None:
-    """If the status is OK, no tension exceeds a limit by more than 1e-6 N. Skipped for `respects_bounds: false`."""
+    """If the status is OK, all tensions are within the limits. The tolerance is 1e-6 N.
+
+    Skipped if the solver declares `respects_bounds: false`.
+    """
     needs(subject.respects_bounds, "it declares respects_bounds: false")
     for problem, tension in _answered(subject):
         over = float(np.maximum(problem.t_min - tension, tension - problem.t_max).max())
@@ -64,9 +70,10 @@ def answers_are_within_the_limits(subject: SolverSubject) -> None:
 
 
 def what_can_be_solved_is_solved(subject: SolverSubject) -> None:
-    """A solver that declares `coverage: full` solves every feasible problem.
+    """The solver solves every feasible problem.
 
-    Robots with more redundant cables than a declared max_redundancy may be UNSUPPORTED instead.
+    If the solver declares `max_redundancy`, problems with more redundant cables than this number may have the status
+    UNSUPPORTED instead. Skipped if the solver does not declare `coverage: full`.
     """
     needs(subject.properties.get("coverage") == "full", "it does not declare coverage: full")
     most = subject.properties.get("max_redundancy", "any")
@@ -79,7 +86,10 @@ def what_can_be_solved_is_solved(subject: SolverSubject) -> None:
 
 
 def infeasible_is_never_ok(subject: SolverSubject) -> None:
-    """The status of an infeasible problem is different from OK. Skipped for `respects_bounds: false`."""
+    """The status of an infeasible problem is never OK.
+
+    Skipped if the solver declares `respects_bounds: false`.
+    """
     needs(subject.respects_bounds, "it declares respects_bounds: false")
     for group in subject.limited(samples.infeasible()):
         solver = subject.make(group[0].robot)
@@ -88,7 +98,10 @@ def infeasible_is_never_ok(subject: SolverSubject) -> None:
 
 
 def unreachable_is_never_ok(subject: SolverSubject) -> None:
-    """If the cables cannot produce the wrench with any tensions, for example if W is singular, the status is not OK."""
+    """If no tensions balance the wrench, not even tensions outside the limits, the status is not OK.
+
+    The kit tests robots with too few cables, and singular matrices W.
+    """
     rng = np.random.default_rng(50)
     robot = samples.sparse()
     solver = subject.make(robot)
@@ -105,7 +118,11 @@ def unreachable_is_never_ok(subject: SolverSubject) -> None:
 
 
 def limits_are_the_arguments(subject: SolverSubject) -> None:
-    """The solver uses `t_min` and `t_max`, not the robot's limits. Limits and wrench times 1000 give t times 1000."""
+    """The solver uses the limits `t_min` and `t_max` of each call, not those of the robot.
+
+    The kit solves a problem. Then it multiplies the limits and the wrench by 1000 and solves the problem again. The
+    second tensions must be 1000 times as large as the first.
+    """
     for group in samples.feasible():
         solver = subject.make(group[0].robot)
         for problem in group[:50]:
@@ -119,7 +136,10 @@ def limits_are_the_arguments(subject: SolverSubject) -> None:
 
 
 def cables_may_come_in_any_order(subject: SolverSubject) -> None:
-    """If the order of the cables changes, each cable keeps its tension. Skipped for `continuity: jump`."""
+    """If the order of the cables changes, each cable keeps its tension.
+
+    Skipped if the solver declares `continuity: jump`.
+    """
     needs(subject.properties.get("continuity") != "jump", "it declares continuity: jump")
     for k, group in enumerate(samples.feasible()):
         order = np.random.default_rng(60 + k).permutation(group[0].robot.m)
@@ -140,7 +160,10 @@ def _reordered(problem: Problem, robot: Robot, order: NDArray[np.int64]) -> Prob
 
 
 def answers_are_continuous(subject: SolverSubject) -> None:
-    """With `continuity` C0, C1 or Cinf, tensions do not jump if pose and wrench change smoothly."""
+    """If pose and wrench change smoothly, the tensions do not jump.
+
+    Skipped if the solver does not declare `continuity: C0`, `C1` or `Cinf`.
+    """
     declared = subject.properties.get("continuity")
     needs(declared not in (None, "jump"), "it declares no continuity")
     for robot, paths in zip(samples.solver_robots(), samples.paths(), strict=True):
@@ -162,7 +185,11 @@ def _expect_no_jump(subject: SolverSubject, solver: TensionSolver, path: Path) -
 
 
 def misleading_problems_are_answered_truly(subject: SolverSubject) -> str:
-    """With `exact` or `coverage: full`, OK and INFEASIBLE are correct for difficult problems, such as a singular W."""
+    """The statuses OK and INFEASIBLE are correct even for difficult problems, for example with a singular W.
+
+    With `coverage: full`, the solver must also solve those of the problems that are feasible. Skipped if the solver
+    declares neither `exact` nor `coverage: full`, or `respects_bounds: false`.
+    """
     full, most = subject.properties.get("coverage") == "full", subject.properties.get("max_redundancy", "any")
     needs(
         (subject.declares("exact") or full) and subject.respects_bounds,
@@ -196,11 +223,10 @@ def misleading_problems_are_answered_truly(subject: SolverSubject) -> str:
 def objective_is_reached(subject: SolverSubject) -> str:
     """The answer minimises the declared `objective` (`min_norm` or `mid_range`), or the declared `cost`.
 
-    A plugin that minimises something else declares its `cost`, as below.
-
-    By the conditions of Karush, Kuhn and Tucker, t is nearest to r if and only if t = r + W^T y, clipped to the limits,
-    for some y; the cables inside their limits determine y.
+    Skipped if the solver declares none of these.
     """
+    # By the conditions of Karush, Kuhn and Tucker, t is nearest to r if and only if t = r + W^T y, clipped to the
+    # limits, for some y; the cables inside their limits determine y.
     objective = subject.properties.get("objective")
     if subject.cost is not None:
         return _no_step_is_cheaper(subject, subject.cost)

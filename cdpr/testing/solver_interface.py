@@ -30,7 +30,7 @@ ARRAYS = ("W", "wrench", "t_min", "t_max")
 
 
 def inputs_stay_unchanged(subject: SolverSubject) -> None:
-    """The solver does not change its inputs: the matrix, the wrench and the limits."""
+    """The solver does not change its inputs: the wrench matrix, the wrench and the limits."""
     for group in (*samples.feasible(), *samples.infeasible()):
         solver = subject.make(group[0].robot)
         for problem in group[:20]:
@@ -41,7 +41,7 @@ def inputs_stay_unchanged(subject: SolverSubject) -> None:
 
 
 def answers_are_not_shared(subject: SolverSubject) -> None:
-    """The solver writes the tensions into the array of the call. Later calls do not change this array."""
+    """The solver writes the tensions into the array that the call passes. Later calls do not change this array."""
     group = samples.feasible()[2]
     solver = subject.make(group[0].robot)
     answers = [solve(solver, problem)[1] for problem in group[:20]]
@@ -53,7 +53,10 @@ def answers_are_not_shared(subject: SolverSubject) -> None:
 
 
 def instances_agree(subject: SolverSubject) -> None:
-    """Two objects of the solver give identical answers: they use no random numbers and share no data."""
+    """Two objects of the solver give identical answers to the same problems.
+
+    A solver must not use random numbers, and its objects must not share data.
+    """
     for group in samples.feasible():
         first, second = subject.make(group[0].robot), subject.make(group[0].robot)
         for problem in group[:50]:
@@ -61,7 +64,11 @@ def instances_agree(subject: SolverSubject) -> None:
 
 
 def answers_do_not_depend_on_the_past(subject: SolverSubject) -> None:
-    """Earlier problems do not change an answer. With `warm_start`, tensions may change by 1e-6 of the largest limit."""
+    """An answer does not depend on the problems that the object solved before.
+
+    It is identical to the answer of a new object. With `warm_start`, the tensions may differ from it by 1e-6 of the
+    largest limit.
+    """
     for group, other in zip(samples.feasible(), samples.infeasible(), strict=True):
         used = subject.make(group[0].robot)
         for problem, hard in zip(group[:40], other[:40], strict=True):
@@ -88,7 +95,10 @@ def reset_forgets(subject: SolverSubject) -> None:
 
 
 def the_platform_does_not_matter(subject: SolverSubject) -> None:
-    """With `platform_independent`, the mass and inertia of the platform have no effect on an answer."""
+    """The mass and the inertia of the platform have no effect on an answer.
+
+    Skipped if the solver does not declare `platform_independent`.
+    """
     needs(subject.declares("platform_independent"), "it does not declare platform_independent")
     for group in samples.feasible():
         robot = group[0].robot
@@ -100,7 +110,10 @@ def the_platform_does_not_matter(subject: SolverSubject) -> None:
 
 
 def columns_are_written(subject: SolverSubject) -> str:
-    """In each sample, all declared columns contain finite numbers. The plugin writes only into its own columns."""
+    """In each sample, the solver writes finite numbers into all columns of the log that it declares.
+
+    It writes nothing outside these columns. Skipped if it declares no columns.
+    """
     group = samples.feasible()[0]
     solver = subject.make(group[0].robot)
     return expect_written(
@@ -109,7 +122,11 @@ def columns_are_written(subject: SolverSubject) -> str:
 
 
 def options_change(subject: SolverSubject) -> str:
-    """After `change`, answers are identical to those of a new object with these options. A change back undoes it."""
+    """After `change`, the answers are identical to those of a new object with the same options.
+
+    If a second `change` sets the first options again, the answers are the same as without any change. Each changeable
+    option must have an effect. Skipped without `changeable` options.
+    """
     group = samples.feasible()[0]
     return expect_changes(
         subject.changeable,
@@ -120,7 +137,11 @@ def options_change(subject: SolverSubject) -> str:
 
 
 def bad_input_raises_nothing(subject: SolverSubject) -> None:
-    """For NaN, infinity and contradictory limits, the solver returns a status. It raises no exception."""
+    """If the input is invalid, the solver returns a status. It raises no exception.
+
+    The kit tests NaN, infinity, and lower limits above the upper limits. For such limits, the status is OK only if the
+    solver declares `respects_bounds: false`.
+    """
     for group in samples.feasible():
         solver = subject.make(group[0].robot)
         for problem in group[:3]:
@@ -132,7 +153,10 @@ def bad_input_raises_nothing(subject: SolverSubject) -> None:
 
 
 def views_are_answered_alike(subject: SolverSubject) -> None:
-    """If the inputs are read-only parts of longer arrays (C-contiguous float64), the answer is the same."""
+    """The answer is the same if the inputs are read-only parts of longer arrays.
+
+    Each input is still a C-contiguous array of float64.
+    """
     for problem in samples.feasible()[2][:10]:
         view = replace(problem, **{name: _view(getattr(problem, name)) for name in ARRAYS})  # type: ignore[arg-type]
         wanted, found = solve(subject.make(problem.robot), problem), solve(subject.make(problem.robot), view)
@@ -149,7 +173,11 @@ def _view(array: Array) -> Array:
 
 
 def memory_never_decides(subject: SolverSubject) -> None:
-    """Old values in the solver's own arrays do not change an answer. The check writes NaN, 1e30 and 0 into them."""
+    """An answer does not depend on the old values in the solver's own arrays.
+
+    Before a call, the kit writes NaN, 1e30 or 0 into these arrays. The answers must be identical. Skipped for solvers
+    in Python that declare `warm_start`.
+    """
     hard = [problems for _, problems in samples.misleading(40, seed=300)[2:6]]
     groups = [*(group[:20] for group in (*samples.feasible(), *samples.infeasible())), *hard]
     if subject.declares("slow"):
@@ -180,7 +208,8 @@ def memory_never_decides(subject: SolverSubject) -> None:
 def eight_are_answered_as_one(subject: SolverSubject) -> str:
     """A kernel for eight problems at once gives the same answers as the kernel for one problem.
 
-    The result must not depend on the other problems or on the contents of the memory.
+    An answer must not depend on the seven other problems, or on old values in the arrays of the kernel. Skipped for
+    solvers without such a kernel.
     """
     created = subject.make(samples.feasible()[0][0].robot)
     needs(isinstance(created, CompiledSolver) and _eight(created) is not None, "it has no kernel for eight problems")

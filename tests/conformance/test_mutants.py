@@ -44,6 +44,15 @@ def test_every_check_has_a_mutant(check, checks, mutants, base):
     assert {check.id for check in checks} == killed
 
 
+@pytest.mark.parametrize("checks", [SOLVER, CONTROLLER, BACKEND], ids=["solver", "controller", "backend"])
+def test_descriptions_of_checks_contain_reason_and_details(checks):
+    """The terminal shows the reason, docs/plugin_checks.md the whole docstring in one table cell."""
+    for check in checks:
+        assert check.description.startswith(check.reason), check.id
+        assert not set("\n|") & set(check.description), check.id
+    assert any(len(check.description) > len(check.reason) for check in checks)
+
+
 def test_unbroken_wrapper_passes():
     """The mutants fail for their fault, not for the wrapping."""
     results = check_backend(backend_mutants.Wrapped, properties={"order": 4})

@@ -32,7 +32,7 @@ BOX = box([20, 20, 20, 2, 2, 2])
 ROUNDING = 1e-9
 
 
-@cache  # several tests look at the same proofs, which take seconds
+@cache  # several tests use the same proofs, which take seconds
 def certified(name, kind="static", undecided=0.2, robot=None, **asked):
     robot = robot or robot_of(name)
     found = workspace(robot, kind, region(robot, cells=12), method="certify", undecided=undecided, **asked)
