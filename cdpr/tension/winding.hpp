@@ -46,7 +46,8 @@ struct SeenCables {
         const ChainRow<double> chain = chain_row(chains, i);
         const Line<double> cable = line(lines, w, i, vector(state), quaternion(state + 3));
         const ExitResult<double> exit = cable.lead();
-        const BentSpan<double> span = {chain.span(), cable.chord(exit.point), exit.wrapped_length, vector(gravity)};
+        const Vector<double> chord = cable.chord(exit.point), along = cable.anchor() - exit.point;
+        const BentSpan<double> span = {chain.span(), chord, exit.wrapped_length, vector(gravity), along};
         return {chain, span, sensed[i]};
     }
     double rate(int64_t i) const { return sensed[m + i]; }
