@@ -13,7 +13,7 @@ and a span each:
 - `catenary`: the same winch, with a cable that stretches and sags under its weight (`cdpr.cables.catenary`).
 
 `winch.type` replaces the winch of a model that stretches: `position` and `velocity` take a length or its rate as their
-command (`cdpr.cables.servo`).
+command (`cdpr.cables.ideal_drive`, `cdpr.cables.servo`).
 
 Cables of one robot may differ. The chain is evaluated together with the acceleration: once per step in semi-implicit
 engines, which then advance w and after it l0, and at every stage of `reference`.
@@ -35,8 +35,9 @@ from cdpr.cables.direct import DIRECT
 from cdpr.cables.drum import DRUM
 from cdpr.cables.elastic import ELASTIC
 from cdpr.cables.exit import Exit
+from cdpr.cables.ideal_drive import IDEAL_DRIVE
 from cdpr.cables.inextensible import INEXTENSIBLE
-from cdpr.cables.servo import IDEAL_DRIVE, POSITION_SERVO, VELOCITY_SERVO
+from cdpr.cables.servo import POSITION_SERVO, VELOCITY_SERVO
 from cdpr.model import Cable, Robot
 from cdpr.model.robot import COMMANDED
 

@@ -1,9 +1,7 @@
-"""Winches that hold the unwound length of a cable, or its rate: ideal drives and servos.
+"""Servos that hold the unwound length of a cable, or its rate.
 
-An ideal drive pays out at the commanded rate V, l0' = V (m/s). With the command of a length L (m), the loop commands
-the rate at which the drive reaches L at the end of the control period, as drives do that interpolate positions. A servo
-is a motor and a drum (`cdpr.cables.drum`) with cascaded loops, as in industrial drives. Positive when winding in, with
-w the speed of the drum and r its radius,
+A servo is a motor and a drum (`cdpr.cables.drum`) with cascaded loops, as in industrial drives. Its command is the
+unwound length L (m) or the rate V (m/s). Positive when winding in, with w the speed of the drum and r its radius,
 
     w_d = kp (l0 - L) / r   (position), or   w_d = -V / r   (velocity)
     e = clip(w_d, w_max) - w
@@ -24,7 +22,6 @@ from cdpr.base.fields import NonNegative, Positive
 from cdpr.base.needs import of_length_winch
 from cdpr.cables.chain import COORDINATE, Number, Winch
 from cdpr.cables.drum import NUMBERS as DRUM_NUMBERS
-from cdpr.cables.drum import RADIUS
 
 OWN_STATES = 2  # integral of the velocity loop, and torque
 
@@ -39,16 +36,7 @@ LOOPS = (
     Number("winch.torque_lag", NonNegative, "s", "time constant of the torque, that of the current loop", 0.0),
 )
 SERVO = "cdpr/cables/servo.hpp"
-WITHOUT = {RADIUS.name: 1.0}  # m: without a drum the coordinate of an ideal drive is a length
 
-IDEAL_DRIVE = Winch(
-    header="cdpr/cables/ideal_drive.hpp",
-    numbers=(RADIUS,),
-    without=WITHOUT,
-    command="rate",
-    states=COORDINATE,
-    needs=of_length_winch(),
-)
 POSITION_SERVO = Winch(
     header=SERVO,
     numbers=(*DRUM_NUMBERS, *LOOPS),

@@ -127,6 +127,7 @@ class Run(Frozen):
     unstretched_length = Quantity("unstretched_length")
     unstretched_rate = Quantity("unstretched_rate")
     motor_torque = Quantity("motor_torque")
+    bending_wrench = Quantity("bending_wrench")
 
     def __post_init__(self) -> None:
         """Make the rows read-only."""

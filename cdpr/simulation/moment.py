@@ -54,7 +54,8 @@ class Memory:
         self._owners, self._schedule = (backend, *self._resettable), schedule
         geometry = present.live.W, present.true_W
         self._live = (present.row, *geometry, *present.perceived, *present.anchors, backend.command, backend.external)
-        self._live += (present.drive,)
+        if present.drive is not present.live.tension:
+            self._live += (present.drive,)
 
     def reset(self, start: Array) -> None:
         """Reset all members, the plant to the state `start` (13,)."""

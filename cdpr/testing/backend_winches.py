@@ -25,7 +25,9 @@ APART = 1.0  # N, minimum difference between commands of some hundred newtons an
 def winched(model: str) -> Robot:
     """Return the free robot on winches."""
     robot = samples.free()
-    cables = tuple(replace(c, winch=WINCH, axial_stiffness=STIFFNESS, damping=DAMPING) for c in robot.cables)
+    cables = tuple(
+        replace(c, winch=WINCH, axial_stiffness=STIFFNESS, damping=DAMPING, linear_density=0.0) for c in robot.cables
+    )
     return replace(robot, cables=cables, cable_model=model)
 
 

@@ -12,8 +12,9 @@ from cdpr.cables.chain import MOST, Chain
 from cdpr.cables.direct import DIRECT
 from cdpr.cables.drum import DRUM
 from cdpr.cables.elastic import ELASTIC
+from cdpr.cables.ideal_drive import IDEAL_DRIVE
 from cdpr.cables.inextensible import INEXTENSIBLE
-from cdpr.cables.servo import IDEAL_DRIVE, POSITION_SERVO, VELOCITY_SERVO
+from cdpr.cables.servo import POSITION_SERVO, VELOCITY_SERVO
 from cdpr.cables.tables import SPANS, WINCHES, exits
 from cdpr.mechanics.body_frame import BodyFrame, body_state
 from cdpr.mechanics.winches import Winches

@@ -8,7 +8,8 @@ from test_part_equations import CLOSE, HARDLY, POSES, STEP, M, Sample
 
 from cdpr.cables.chain import MOST
 from cdpr.cables.elastic import ELASTIC
-from cdpr.cables.servo import IDEAL_DRIVE, POSITION_SERVO, VELOCITY_SERVO
+from cdpr.cables.ideal_drive import IDEAL_DRIVE
+from cdpr.cables.servo import POSITION_SERVO, VELOCITY_SERVO
 from cdpr.native.bind import bind
 
 LOW = [5.0, 0.1, 0.0, 1.0, 1.0, 0.5, 0.0]  # numbers of `servo.LOOPS`: such limits act in some of the samples

@@ -69,7 +69,7 @@ def test_robots_with_given_lengths_rest_at_the_pose_of_the_statics(name, target,
 
 def test_stiffer_cables_approach_the_inextensible_one_in_proportion():
     target = np.array([0.8, 0.5, 1.5, 1.0, 0.0, 0.0, 0.0])
-    rigid = cdpr.load_robot(ROBOTS / "camera_robot.yaml")
+    rigid = cdpr.load_robot(ROBOTS / "camera_robot.yaml", overrides={"cable.model": "rigid", "winch.type": "torque"})
     unwound = path(rigid, target)[:3]
 
     def rest(model, axial):

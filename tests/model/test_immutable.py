@@ -95,8 +95,11 @@ WRONG = {
     "own-list": (lambda: cable(own=[1]), "Cable(own=): expected numbers by key, got a list of 1"),
     "own-frame": (lambda: cable(own={"frame": [9, 9, 9]}), "Cable(own=): unknown key 'frame'; allowed: none"),
     "own-winch": (lambda: Winch(own={"slip": 1.0}), "Winch(own=): unknown key 'slip'; allowed: position_gain, "),
-    "model": (lambda: cable(model="foo"), "Cable(model=): expected one of ideal, rigid, elastic, got 'foo'"),
-    "models": (lambda: robot(cable_model="foo"), "Robot(cable_model=): expected one of ideal, rigid, elastic"),
+    "model": (lambda: cable(model="foo"), "Cable(model=): expected one of ideal, rigid, elastic, catenary, got 'foo'"),
+    "models": (
+        lambda: robot(cable_model="foo"),
+        "Robot(cable_model=): expected one of ideal, rigid, elastic, catenary",
+    ),
     "models-array": (lambda: robot(cable_model=np.zeros(3)), "Robot(cable_model=): expected a text"),
     "frame": (lambda: Frame("abc"), "Frame(edges=): expected real numbers"),
     "frame-shape": (lambda: Frame([[[0, 0, 0, 1, 1, 1]]]), "Frame(edges=): expected any number x 6 numbers, got 1 x 1"),

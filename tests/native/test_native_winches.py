@@ -8,6 +8,7 @@ from kernel_cases import assert_same_bits, numbers, run, run_lanes
 from scipy.spatial.transform import Rotation
 
 from cdpr.cables import Pulley
+from cdpr.cables.chain import MOST
 from cdpr.model import rotations
 
 EACH, M = 64, 6
@@ -17,10 +18,10 @@ DRUM = np.array([[0.02, 0.1], [5e-4, 1e-2], [0.0, 0.1], [0.0, 0.5], [0.01, 0.2]]
 
 def plants(rng, kinds, pulleys, free):
     """Inputs of a plant with these kinds (m, 2) of winches and spans, and what its arrays hold before; some hostile."""
-    chains = np.zeros((EACH, M, 19))
+    chains = np.zeros((EACH, M, 3 + 2 * MOST))
     chains[..., :2], chains[..., 2] = kinds, rng.choice([0.0, -np.inf])
     chains[..., 3:8] = rng.uniform(*DRUM.T, (EACH, M, 5))
-    chains[..., 11:13] = rng.uniform([1e3, 0.0], [1e6, 100.0], (EACH, M, 2))
+    chains[..., 3 + MOST : 5 + MOST] = rng.uniform([1e3, 0.0], [1e6, 100.0], (EACH, M, 2))
     lines = rng.uniform(-3.0, 3.0, (EACH, M, 14 if pulleys else 6))
     lines[..., 3:6] *= 0.1
     if pulleys:

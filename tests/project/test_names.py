@@ -122,7 +122,10 @@ def homes() -> dict[str, set[str]]:
             found.setdefault(name, set()).add(kind.__module__)
     for name, part in vars(cdpr.cables).items():
         if isinstance(part, Part):
-            found.setdefault(name.lower(), set()).add(f"cdpr.cables.{name.lower()}")
+            # the header is beside the module, or in the package, of its name
+            words = (part.header or f"cdpr/cables/{name.lower()}").removesuffix(".hpp").split("/")
+            home = ".".join(words[:-1] if words[-1] == words[-2] else words)
+            found.setdefault(name.lower(), set()).add(home)
     return found
 
 

@@ -215,7 +215,7 @@ WRONG = {
     "column": ({"columns": ["postion"]}, "unknown column 'postion': did you mean"),
     "threads": ({"threads": 0}, "threads: expected a whole number from 1 on"),
     "progress": ({"progress": None}, "progress: expected a function, got null"),
-    "array of overrides": ({"overrides": np.array(3)}, "overrides: expected .*, got array"),
+    "array of overrides": ({"overrides": np.array(3)}, "overrides: expected .*, got 3"),
     "both": ({"threads": 1, "scheduler": "tcp://127.0.0.1:1"}, "threads does not go with scheduler"),
     "backend": ({"backend": "none_such"}, "none_such"),
 }

@@ -93,7 +93,7 @@ def test_a_simulation_cannot_be_copied():
     ],
 )
 def test_invalid_names_are_reported(call):
-    with pytest.raises(cdpr.CdprError, match=r"expected .*, (got|not) (5|None|a NoneType)"):
+    with pytest.raises(cdpr.CdprError, match=r"expected .*, (got|not) (5|null|a NoneType)"):
         call()
 
 

@@ -198,7 +198,7 @@ static void lay_out(Model& model, Block& numbers, Block& work) {
     scratch.pulls = work.take(m);
     scratch.points = work.take(4 * (model.states + 14));
     scratch.applied = work.take(6);
-    scratch.chains = work.take(19 * m);
+    scratch.chains = work.take(size_t(cdpr::ChainRow<double>::WIDTH) * m);
     scratch.body = work.take(13);
     scratch.winch = work.take(model.states);
     scratch.tension = work.take(m);
@@ -251,8 +251,8 @@ static bool read_kinds(const Model& model) {
     bool sound = true;
     for (size_t i = 0; i < model.cables; i++) {
         int64_t* kinds = model.kinds + 3 * i;
-        if (model.chains) sound = read_kind(model.chains[19 * i], kinds[0]) && sound;
-        if (model.chains) sound = read_kind(model.chains[19 * i + 1], kinds[1]) && sound;
+        if (model.chains) sound = read_kind(model.chains[size_t(cdpr::ChainRow<double>::WIDTH) * i], kinds[0]) && sound;
+        if (model.chains) sound = read_kind(model.chains[size_t(cdpr::ChainRow<double>::WIDTH) * i + 1], kinds[1]) && sound;
         if (model.lines && model.width > 6) sound = read_kind(model.lines[model.width * i + 6], kinds[2]) && sound;
     }
     return sound;
@@ -276,7 +276,7 @@ static bool read_places(const Model& model) {
 // Check that all variables of the model exist.
 static bool complete(Model& model, char* message) {
     const size_t m = model.cables;
-    model.chains = find_array(model, "chains", 19 * m);
+    model.chains = find_array(model, "chains", size_t(cdpr::ChainRow<double>::WIDTH) * m);
     model.lines = find_array(model, "lines", m * model.width);
     model.seen = find_array(model, "state", 13);
     model.desired = find_array(model, "desired", 19);
