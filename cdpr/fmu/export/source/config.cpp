@@ -252,7 +252,8 @@ static bool read_kinds(const Model& model) {
     for (size_t i = 0; i < model.cables; i++) {
         int64_t* kinds = model.kinds + 3 * i;
         if (model.chains) sound = read_kind(model.chains[size_t(cdpr::ChainRow<double>::WIDTH) * i], kinds[0]) && sound;
-        if (model.chains) sound = read_kind(model.chains[size_t(cdpr::ChainRow<double>::WIDTH) * i + 1], kinds[1]) && sound;
+        if (model.chains)
+            sound = read_kind(model.chains[size_t(cdpr::ChainRow<double>::WIDTH) * i + 1], kinds[1]) && sound;
         if (model.lines && model.width > 6) sound = read_kind(model.lines[model.width * i + 6], kinds[2]) && sound;
     }
     return sound;

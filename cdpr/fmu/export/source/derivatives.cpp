@@ -18,7 +18,9 @@ using Vector = cdpr::Vector<double>;
 static_assert(sizeof(Dual) == 2 * sizeof(double));
 
 // Scratch space: chains, lines, command, tension, length, rate, matrix, runs.
-size_t dual_size(const Model& model) { return 2 * model.cables * (size_t(cdpr::ChainRow<double>::WIDTH) + model.width + 4 + 6 + 8); }
+size_t dual_size(const Model& model) {
+    return 2 * model.cables * (size_t(cdpr::ChainRow<double>::WIDTH) + model.width + 4 + 6 + 8);
+}
 
 // Numbers of a field and their changes along the seed.
 struct Seeded {
@@ -82,7 +84,8 @@ void differentiate(const Model& model, const double* seed, double* slope) {
         next += count;
         return place;
     };
-    Dual *chains = take(size_t(cdpr::ChainRow<double>::WIDTH) * m), *lines = take(model.width * m), *tension = take(m), *length = take(m), *rate = take(m);
+    Dual *chains = take(size_t(cdpr::ChainRow<double>::WIDTH) * m), *lines = take(model.width * m), *tension = take(m),
+         *length = take(m), *rate = take(m);
     Dual *matrix = take(6 * m), *runs = take(8 * m);
     Dual state[13], inertial[13], free[6], gravity[3], external[6], applied[6], acceleration[6], beside[6];
     Dual offset[7] = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0};
