@@ -31,16 +31,12 @@ inline int inverse_kinematics(InverseKinematics& p) {
     for (int64_t i = 0; i < own.m; i++) {
         const SeenCable cable = cables.at(i);
         const double unwound = cable.unwound_at(p.compensates ? own.feed[i] : own.pretension);
-        switch (p.takes[i]) {
-            case TENSION_COMMAND:
-                p.command[i] = own.feed[i];
-                break;
-            case LENGTH_COMMAND:
-                p.command[i] = unwound;
-                break;
-            case RATE_COMMAND:
-                p.command[i] = cables.rate(i) * unwound / cable.length;
-        }
+        if (p.takes[i] == TENSION_COMMAND)
+            p.command[i] = own.feed[i];
+        else if (p.takes[i] == LENGTH_COMMAND)
+            p.command[i] = unwound;
+        else
+            p.command[i] = cables.rate(i) * unwound / cable.length;
     }
     return 0;
 }
