@@ -3,8 +3,12 @@
 Let z be the free directions of the platform and the unstretched lengths. About a pose, M z'' + C z' + K z = 0. The
 elongations are -B^T z with B = [W; 1], so that K = B k B^T and C = B d B^T + friction. M contains the inertia of the
 platform and I / r^2 of each drum. Drums of rigid cables move with the platform, so only their friction remains. The
-stiffness that tensions add across the cables is far below k and is neglected. Own states of winches are not included: a
-motor is taken to hold its torque.
+stiffness that tensions add across the cables is far below k and is neglected.
+
+The unstretched length of an ideal drive does not depend on the motion, and is no coordinate. A servo without a lag adds
+(kv kp + ki) / r^2 to the stiffness and kv / r^2 to the damping of its unstretched length (`cdpr.cables.servo`; the
+slow part ki kp of the integral is neglected). Other own states of winches are not included: a motor with a lag is taken
+to hold its torque.
 """
 
 from __future__ import annotations
@@ -15,10 +19,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from cdpr.cables import chain_of
-from cdpr.cables.chain import Winch
+from cdpr.cables.chain import Chain, Winch
+from cdpr.cables.ideal_drive import IDEAL_DRIVE
+from cdpr.cables.servo import POSITION_SERVO, VELOCITY_SERVO
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.kinematics import STILL, lengths, wrench_matrix
-from cdpr.model import Robot
+from cdpr.model import Cable, Robot
 from cdpr.model.robot import Array
 
 # Motion without resistance has the eigenvalue 1 twice. Eigenvalues resolve it only to the root of their round-off.
@@ -83,16 +89,30 @@ class Oscillator:
 
 
 def known_drums(robot: Robot) -> bool:
-    """Return True if all winches that are not immediate declare radius and inertia of a drum, which `oscillator` uses.
+    """Return True if `oscillator` knows the motion of all winches.
 
-    The motion of other winches is not known here.
+    These are ideal drives, immediate winches, and those that declare radius and inertia of a drum.
     """
-    chains = [chain_of(robot, cable) for cable in robot.cables]
-    return all({"drum_radius", "inertia"} <= _keys(chain.winch) for chain in chains if not chain.immediate)
+    winches = [chain_of(robot, cable).winch for cable in robot.cables]
+    known = (
+        winch is IDEAL_DRIVE or {"drum_radius", "inertia"} <= _keys(winch) for winch in winches if not winch.immediate
+    )
+    return all(known)
 
 
 def _keys(winch: Winch) -> set[str]:
     return {number.key for number in winch.numbers if number.owner == "winch"}
+
+
+def _loops(chain: Chain, cable: Cable) -> tuple[float, float]:
+    """Return stiffness [N m] and damping [N m s] about the drum's axis that the loops of a servo add."""
+    if chain.winch not in (POSITION_SERVO, VELOCITY_SERVO):
+        return 0.0, 0.0
+    gains = {number.key: number.of(cable) for number in chain.winch.numbers}
+    if gains["torque_lag"] > 0.0:
+        return 0.0, 0.0
+    position = gains["position_gain"] if chain.winch.command == "length" else 0.0
+    return gains["velocity_gain"] * position + gains["integral_gain"], gains["velocity_gain"]
 
 
 def oscillator(robot: Robot, state: Array) -> Oscillator:
@@ -102,26 +122,43 @@ def oscillator(robot: Robot, state: Array) -> Oscillator:
     columns = [required_wrench(robot, still, STILL, e[:3], e[3:]) for e in np.eye(6)[rows]]
     mass = np.array(columns).T[rows]
     chains = [chain_of(robot, cable) for cable in robot.cables]
-    drums, losses = np.zeros(robot.m), np.zeros(robot.m)
+    drums, losses, gains = np.zeros(robot.m), np.zeros(robot.m), np.zeros(robot.m)
     for i, (cable, chain) in enumerate(zip(robot.cables, chains, strict=True)):
         winch = cable.winch
-        if winch is not None and not chain.immediate:
+        if winch is not None and not chain.immediate and chain.winch is not IDEAL_DRIVE:
             drums[i] = winch.inertia / winch.drum_radius**2
-            keys, loss = _keys(chain.winch), 0.0
+            gain, loss = _loops(chain, cable)
+            keys = _keys(chain.winch)
             if "viscous_friction" in keys:
                 loss += winch.viscous_friction
             if {"coulomb_friction", "coulomb_speed"} <= keys:
                 loss += winch.coulomb_friction / winch.coulomb_speed
-            losses[i] = loss / winch.drum_radius**2
-    own = np.array([chain.stretches for chain in chains])  # drums with their own coordinates
-    carried, n, k = W[:, ~own], len(W), int(own.sum())
-    B = np.vstack([W[:, own], np.eye(k)])
-    M, C = np.zeros((n + k, n + k)), np.zeros((n + k, n + k))
-    M[:n, :n], M[n:, n:] = mass + carried * drums[~own] @ carried.T, np.diag(drums[own])
-    C[:n, :n], C[n:, n:] = carried * losses[~own] @ carried.T, np.diag(losses[own])
-    stiffness = np.array([cable.axial_stiffness or 0.0 for cable in robot.cables])[own] / length[own]
-    damping = np.array([cable.damping for cable in robot.cables])[own]
-    return Oscillator(M, C + B * damping @ B.T, B * stiffness @ B.T)
+            losses[i], gains[i] = loss / winch.drum_radius**2, gain / winch.drum_radius**2
+    springs = np.array([chain.stretches for chain in chains])
+    own = springs & [chain.winch is not IDEAL_DRIVE for chain in chains]  # drums with their own coordinates
+    carried, n, k = W[:, ~springs], len(W), int(own.sum())
+    B = np.vstack([W[:, springs], np.eye(robot.m)[own][:, springs]])
+    M, C, K = (np.zeros((n + k, n + k)) for _ in range(3))
+    M[:n, :n], M[n:, n:] = mass + carried * drums[~springs] @ carried.T, np.diag(drums[own])
+    C[:n, :n], C[n:, n:] = carried * losses[~springs] @ carried.T, np.diag(losses[own])
+    K[n:, n:] = np.diag(gains[own])
+    stiffness = np.array([cable.axial_stiffness or 0.0 for cable in robot.cables])[springs] / length[springs]
+    damping = np.array([cable.damping for cable in robot.cables])[springs]
+    return Oscillator(M, C + B * damping @ B.T, K + B * stiffness @ B.T)
+
+
+def shortest_lag(robot: Robot) -> float:
+    """Return the shortest time constant of the torque of a servo [s], infinite without any.
+
+    Without more, it requires steps of at most twice its value.
+    """
+    lags = [
+        number.of(cable)
+        for cable in robot.cables
+        for number in chain_of(robot, cable).winch.numbers
+        if number.key == "torque_lag"
+    ]
+    return min((lag for lag in lags if lag > 0.0), default=np.inf)
 
 
 def stable(step: Array) -> bool:

@@ -291,8 +291,13 @@ def check_cables(scenario: Scenario, backend: Registered) -> None:
                 f"backend '{backend.info.name}' does not support {key} {model}: choose another backend, or "
                 f"set {key} to {COMMANDED}"
             )
-    from cdpr.mechanics.stability import known_drums, longest, oscillator, stable
+    from cdpr.mechanics.stability import known_drums, longest, oscillator, shortest_lag, stable
 
+    if step > 2.0 * (lag := shortest_lag(robot)):
+        raise CdprError(
+            f"simulation.physics_step {step:g} s is too long for a winch with the torque_lag {lag:g} s: expected at "
+            "most twice the lag; set torque_lag: 0, or a shorter step"
+        )
     if not known_drums(robot):
         return
     about = oscillator(robot, scenario.initial.state())
@@ -301,8 +306,8 @@ def check_cables(scenario: Scenario, backend: Registered) -> None:
         raise CdprError(
             f"simulation.physics_step {step:g} s is too long for these cables and winches, and backend "
             f"'{backend.info.name}' would diverge: at the initial pose they swing with up to {about.fastest:.4g} rad/s "
-            f"(step * omega = {step * about.fastest:.3g}), and damping and friction require short steps, too; it is "
-            f"stable up to {longest(scheme, step):g} s"
+            f"(step * omega = {step * about.fastest:.3g}), and damping, friction and gains require short steps, too; "
+            f"it is stable up to {longest(scheme, step):g} s"
         )
 
 

@@ -9,7 +9,7 @@ import pytest
 from conftest import ROOT
 
 import cdpr
-from cdpr.base.errors import CdprError
+from cdpr.base.errors import CdprError, Diverged
 from cdpr.base.fields import Positive
 from cdpr.cables import MODELS
 from cdpr.cables.chain import Chain, Number, Winch
@@ -50,3 +50,66 @@ def test_the_step_of_winches_without_a_drum_is_not_checked(monkeypatch):
         check_cables(scenario, backend)
     use(monkeypatch, Number("winch.pitch", Positive, "m", "pitch of the screw"), *drum_numbers("inertia"))
     check_cables(scenario, backend)
+
+
+def on_servos(**winch):
+    """Return a platform on four lines with servos, at rest, with the reference's semi-implicit scheme."""
+    anchors = [[-2.0, -2.0, 3.0], [2.0, -2.0, 3.0], [2.0, 2.0, 3.0], [-2.0, 2.0, 3.0]]
+    data = {
+        "robot": {
+            "name": "camera",
+            "dof": ["x", "y", "z"],
+            "platform": {"mass": 10.0},
+            "tension": {"min": 0, "max": 4000},
+            "home": {"position": [0.0, 0.0, 1.0]},
+            "cable": {"model": "elastic", "axial_stiffness": 2e4, "damping": 100.0},
+            "winch": winch,
+            "cables": [{"frame": A, "platform": [0, 0, 0]} for A in anchors],
+        },
+        "simulation": {"backend": "reference", "duration": 0.5, "control_step": 0.0005, "physics_step": 0.0005},
+        "backend_options": {"reference": {"scheme": "semi_implicit_euler"}},
+        "trajectory": {"type": "hold"},
+        "controller": {"type": "inverse_kinematics", "flex_compensation": True},
+    }
+    return cdpr.load_scenario(data)
+
+
+DRUM = {"drum_radius": 0.05, "inertia": 0.002}
+SERVOS = {
+    "velocity loop": {"type": "position", **DRUM, "velocity_gain": 10.0},
+    "position loop": {"type": "position", **DRUM, "velocity_gain": 1.0, "position_gain": 5000.0},
+    "integral": {"type": "position", **DRUM, "velocity_gain": 0.5, "integral_gain": 20000.0},
+    "velocity": {"type": "velocity", **DRUM, "velocity_gain": 10.0},
+    "ideal": {"type": "position"},
+}
+
+
+@pytest.mark.parametrize("name", SERVOS)
+def test_servos_are_bounded_up_to_the_longest_stable_step(name, monkeypatch):
+    scenario = on_servos(**SERVOS[name])
+    robot, state = scenario.robot, scenario.initial.state()
+    assert stability.known_drums(robot)
+    step = stability.longest(stability.oscillator(robot, state).semi_implicit, 0.1)
+
+    def speed(h):
+        steps = {"simulation.physics_step": h, "simulation.control_step": h, "simulation.duration": 400 * h}
+        run = cdpr.simulate(scenario, overrides={"initial.velocity": [0.0, 0.0, 1e-3], **steps})
+        return np.abs(run["unstretched_rate"][-20:]).max() + np.abs(run.velocity[-20:]).max()
+
+    assert speed(0.9 * step) < 0.1
+    if name != "ideal":  # its lengths do not move, and the check of the platform is that of elastic cables
+        with pytest.raises(CdprError, match="is too long for these cables and winches"):
+            speed(1.3 * step)
+    monkeypatch.setattr("cdpr.simulation.build.check_cables", lambda scenario, backend: None)
+    try:
+        fast = speed(1.3 * step)
+    except Diverged:
+        fast = np.inf
+    assert fast > 1.0
+
+
+def test_lags_shorter_than_half_a_step_are_rejected():
+    winch = SERVOS["velocity loop"] | {"torque_lag": 2e-4}
+    with pytest.raises(CdprError, match=r"too long for a winch with the torque_lag 0\.0002 s: expected at most twice"):
+        cdpr.simulate(on_servos(**winch))
+    assert cdpr.simulate(on_servos(**winch | {"torque_lag": 1e-3})).status == "finished"
