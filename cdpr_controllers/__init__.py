@@ -122,8 +122,10 @@ class RemoteOptions(PluginOptions, PeerOptions):
     program: FileName | None = Field(
         None, description="a program to start, relative to this file; it talks through its standard input and output"
     )
-    output: Literal["wrench", "command"] = Field(
-        "wrench", description="output: the wrench on the platform, or the command of each cable"
+    output: Literal["wrench", "command", "tension", "length", "rate"] = Field(
+        "wrench",
+        description="output: the wrench on the platform, or of each cable the tension (N; `command` means the same), "
+        "the unwound length (m) or its rate (m/s), which all winches must take",
     )
     lockstep: bool = Field(
         True,
@@ -131,9 +133,14 @@ class RemoteOptions(PluginOptions, PeerOptions):
         "are not reproducible",
     )
 
+    @property
+    def quantity(self) -> str:
+        """Output as controllers declare it."""
+        return "tension" if self.output == "command" else self.output
+
     def declares(self) -> Mapping[str, object]:
         """Return its output, and whether its runs are reproducible."""
-        return {"output": self.output, "deterministic": self.lockstep}
+        return {"output": self.quantity, "deterministic": self.lockstep}
 
 
 @hookimpl
@@ -182,10 +189,10 @@ def cdpr_controllers() -> list[PluginInfo]:
         PluginInfo(
             name=FMU,
             factory="cdpr_controllers.fmu:FmuController",
-            summary="controller as an FMU (FMI 2.0 or 3.0, co-simulation); its output is a wrench or commands",
+            summary="controller as an FMU (FMI 2.0 or 3.0, co-simulation); its output is a wrench or tensions",
             requires=("fmpy",),
             extra="cdpr[fmu]",
-            properties={"output": "wrench or command"},
+            properties={"output": "wrench or tension"},
             options=FmuOptions,
         ),
         PluginInfo(

@@ -25,7 +25,7 @@ from cdpr.plugins import Controller
 
 
 class FmuController(Controller):
-    """Controller from one FMU with the state as inputs and a wrench or the commands as outputs.
+    """Controller from one FMU with the state as inputs and a wrench or tensions (signal `command`, N) as outputs.
 
     Attributes:
         fmu: file, mapping and instance.
@@ -38,7 +38,8 @@ class FmuController(Controller):
         self.fmu = RunningFmu(archive, options.file, "controller", robot, control_step, options, "process")
         self._instance = self.fmu.instance
         inputs, outputs = self.fmu.mapping.inputs, self.fmu.mapping.outputs
-        self.output = "wrench" if "wrench" in outputs.ports else "command"
+        signal = "wrench" if "wrench" in outputs.ports else "command"
+        self.output = "wrench" if signal == "wrench" else "tension"
         values = self._instance.inputs
         self._put_state, self._put_desired = writer(inputs, STATE, values), writer(inputs, DESIRED, values)
         self._put_length = writer(inputs, {"cable_length": 0}, values)
@@ -47,7 +48,7 @@ class FmuController(Controller):
         self._lines = line_table(robot)
         self._sensed: Array | None = None
         self._out = np.zeros(6 if self.output == "wrench" else robot.m)
-        self._read = reader(outputs, {self.output: 0}, self._instance.outputs, self._out)
+        self._read = reader(outputs, {signal: 0}, self._instance.outputs, self._out)
         self.reset()
 
     def sense(self, cables: Array) -> None:
@@ -55,7 +56,7 @@ class FmuController(Controller):
         self._sensed = cables
 
     def control(self, time: float, state: Array, desired: Array, out: Array) -> None:
-        """Write the wrench (6,) or the commands (m,)."""
+        """Write the wrench (6,) or the tensions (m,)."""
         self._put_state(state)
         self._put_desired(desired)
         if self._asks_cables:

@@ -17,15 +17,15 @@ STATE, DESIRED = 13, 19
 
 
 class RemoteController(Controller):
-    """Controller in one peer, which receives time, states, lengths and rates and answers with a wrench or commands.
+    """Controller in one peer, which answers each frame with a wrench or a value for each cable.
 
-    In lock-step, each call waits for the answer to it. A free-running peer receives messages as fast as it can take
-    them, and its latest answer is used.
+    A frame contains time, states, lengths and rates. In lock-step, each call waits for the answer to it. A free-running
+    peer receives messages as fast as it can take them, and its latest answer is used.
     """
 
     def __init__(self, robot: Robot, gravity: Array, control_step: float, options: Any) -> None:
         super().__init__(robot, gravity, control_step, options)
-        self.output = options.output
+        self.output = options.quantity
         self._frame = np.zeros(1 + STATE + DESIRED + 2 * robot.m)
         self._lines = line_table(robot)
         self._sensed: Array | None = None
@@ -38,7 +38,7 @@ class RemoteController(Controller):
         self._sensed = cables
 
     def control(self, time: float, state: Array, desired: Array, out: Array) -> None:
-        """Write the wrench (6,) or the commands (m,)."""
+        """Write the wrench (6,) or the values of the cables (m,)."""
         if self._peer is None:
             self._peer = self._greeted()
         frame, m = self._frame, self.robot.m
@@ -63,7 +63,7 @@ class RemoteController(Controller):
             self._peer = None
 
     def _greeted(self) -> Peer:
-        robot, output = self.robot, self.output
+        robot, output = self.robot, self.options.output
         more = {"output": output, "control_step": self.control_step}
         greeting = greeting_of("controller", robot, self.gravity) | more
         takes = 6 if output == "wrench" else robot.m

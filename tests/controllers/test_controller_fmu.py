@@ -49,6 +49,7 @@ def test_an_fmu_may_put_out_commands(files):
     signals = {"outputs": {"wrench": "none", "command": ["wrench[1]", "wrench[2]", "wrench[3]"]}}
     parts = build(load_scenario(SCENARIO, overrides={"controller": options(files[3], signals=signals)}))
     assert parts.output == "command"
+    assert parts.controller.output == "tension"  # in N, also for winches that take lengths
     out, state, desired = np.zeros(3), np.zeros(13), np.zeros(19)
     state[3] = desired[3] = 1.0
     desired[:3] = [1.0, 2.0, 3.0]

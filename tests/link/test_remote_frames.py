@@ -9,12 +9,13 @@ import pytest
 from conftest import ROOT
 
 import cdpr
-from cdpr.base.errors import BackendDied
+from cdpr.base.errors import BackendDied, PluginError
 from cdpr.cables.tables import line_table
 from cdpr.link import peer as link
 from cdpr.link.options import PeerOptions
 from cdpr.link.peer import NUMBER, Peer
 from cdpr.mechanics.cable_geometry import cable_geometry
+from cdpr.simulation.build import build
 from cdpr_backends import remote as plants
 from cdpr_controllers import remote as controllers
 
@@ -22,6 +23,7 @@ ROBOT = cdpr.load_robot(ROOT / "scenarios" / "robots" / "caroca.yaml")
 GRAVITY = np.array([0.0, 0.0, -9.81])
 STATE = np.array([0.3, -0.2, 1.4, 0.65**0.5, 0.1, 0.3, 0.5, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6])
 AT = {"address": "127.0.0.1:9", "program": None, "lockstep": True, "output": "wrench", "real_time": False}
+AT["quantity"] = AT["output"]
 m = ROBOT.m
 
 
@@ -188,3 +190,33 @@ def test_an_answer_before_its_question_is_wrong(free, way, size):
     with pytest.raises(BackendDied, match="answered before frame 1 was sent: each answer must follow its frame"):
         getattr(found, way)(np.array([2.0]))
     assert pipe.sent == b""
+
+
+@pytest.mark.parametrize("output", ["tension", "command", "length", "rate"])
+def test_answers_have_the_declared_quantity(output):
+    """Tensions in N are converted for winches that take lengths; lengths and rates require such winches."""
+    lines = [{"frame": [x, y, 3.0], "platform": [0.0, 0.0, 0.0]} for x in (-2.0, 2.0) for y in (-2.0, 2.0)]
+    robot = {
+        "name": "camera",
+        "dof": ["x", "y", "z"],
+        "platform": {"mass": 10.0},
+        "tension": {"min": 0.0, "max": 400.0},
+        "home": {"position": [0.0, 0.0, 1.0]},
+        "cable": {"model": "elastic", "axial_stiffness": 2e4},
+        "winch": {"type": "position"},
+        "cables": lines,
+    }
+    data = {
+        "robot": robot,
+        "simulation": {"backend": "reference", "duration": 0.1},
+        "trajectory": {"type": "hold"},
+        "controller": {"type": "remote", "address": "127.0.0.1:9", "output": output},
+    }
+    scenario = cdpr.load_scenario(data)
+    if output == "rate":
+        with pytest.raises(
+            PluginError, match="outputs a rate for each cable, but the winches of this robot take a len"
+        ):
+            build(scenario)
+        return
+    assert build(scenario).output == ("winch" if output == "length" else "command")
