@@ -8,7 +8,7 @@ from itertools import groupby
 from pydantic import ValidationError
 
 from cdpr.base.problems import Path, dotted
-from cdpr.cables import COMMANDED, MODELS
+from cdpr.cables import COMMANDED, MODELS, TENSION
 from cdpr.cables.chain import DIAMETER
 from cdpr.config.document import Document
 from cdpr.config.problems import Problems
@@ -22,6 +22,7 @@ from cdpr.scenario.motions.guide import Guide
 from cdpr.scenario.report import SectionReport
 from cdpr.scenario.robot_schema import CableSection, cable_name
 from cdpr.scenario.schema import Simulation
+from cdpr.scenario.winch_kinds import command_of, kind_of, winch_path
 
 Places = list[tuple[int, ScenarioEvent]]  # with the index in the file
 
@@ -65,6 +66,7 @@ class EventChecks(Checks):
                     if not self.problems.has(("events", i, *path)):  # a null has been reported
                         self.add_problem(("events", i, *path), text)
         self._need_ideal_cables(known)
+        self._need_tension_commands(known)
         history = History(self.document.get(("robot", "unilateral")) is not False)
         history.cables = names
         if self.document.get(("robot", "cable", DIAMETER.key)) is None:
@@ -132,6 +134,19 @@ class EventChecks(Checks):
         for i, event in events:
             if event.ideal_cables_only:
                 self.add_problem(("events", i, "type"), text)
+
+    def _need_tension_commands(self, events: Places) -> None:
+        """Report power cuts of winches that hold lengths: what their brakes and motors then do is not modelled."""
+        cutting = [i for i, event in events if event.cuts_power]
+        cables = self.document.get(("robot", "cables")) if cutting else ()
+        for k, cable in enumerate(cables if isinstance(cables, list | tuple) else ()):
+            kind = kind_of(self.document, ("robot",), cable)
+            if kind is not None and command_of(kind) not in ("", TENSION):
+                where = dotted((*winch_path(("robot",), cable, k), "type"))
+                for i in cutting:
+                    text = f"a power cut is not supported with {where} {kind[1]}: set category: 2, or {where}: torque"
+                    self.add_problem(("events", i), text)
+                return
 
 
 def _thin(cable: CableSection) -> bool:

@@ -15,6 +15,7 @@ from cdpr.config.problems import Problems, exact
 from cdpr.model import DOF_NAMES
 from cdpr.scenario.appearance import AT_ORIGIN
 from cdpr.scenario.robot_schema import RobotSection
+from cdpr.scenario.winch_kinds import command_of, kind_of, winch_path
 
 KEY = "believed"
 ALTERNATIVE = "nominal"  # accepted spelling of KEY in files and changes
@@ -210,12 +211,28 @@ def _same_robot(document: Document, twin: Document, found: Problems) -> None:
     if document.get(legs) is not False and twin.get(legs) is False and _commanded(document, cables[0]):
         text = "must be the robot's, true: commands of its ideal cables act unchanged, and they cannot push"
         found.add(twin.mark(legs), legs, text)
+    _same_commands(document, twin, cables, found)
     for i, (name, other) in enumerate(zip(*map(cable_names, cables), strict=True)):
         if name != other:
             path = (*CABLES, i, "name")
             found.add(
                 twin.mark(path), path, f"must be '{name}', the name of this cable of the robot, got {shown(other)}"
             )
+
+
+def _same_commands(document: Document, twin: Document, cables: list[Any], found: Problems) -> None:
+    """Report winches with another command than that of the robot's: controllers would output another quantity."""
+    for i, pair in enumerate(zip(*cables, strict=False)):
+        kinds = [kind_of(each, ROBOT, cable) for each, cable in zip((document, twin), pair, strict=True)]
+        true, other = (kind and command_of(kind) for kind in kinds)
+        if true and other and true != other:
+            path = (*winch_path(ROBOT, pair[1], i), "type")
+            text = (
+                f"must have the command of the robot's winch, a {true}, got a {other}: the nominal model may have "
+                "other values of the winch, but not another command"
+            )
+            found.add(twin.mark(path), path, text)
+            return
 
 
 def _commanded(document: Document, cables: list[Any]) -> bool:

@@ -30,11 +30,9 @@ from cdpr.scenario.robot_schema import (
     names_of_exports,
     of_a_body,
 )
+from cdpr.scenario.winch_kinds import Kind, kind_of, winch_path
 
 EXAMPLES = {"winch": "{drum_radius: 0.05, inertia: 0.01}"}  # m, kg m^2; examples of required sections
-
-
-Kind = tuple[str, str, bool]  # arguments of `cdpr.cables.composed`
 
 
 def _needs(*kinds: Kind) -> dict[str, str]:
@@ -117,7 +115,7 @@ class RobotChecks(Checks):
             lacking: dict[str, list[int]] = {}
             for i, cable in enumerate(given):
                 if isinstance(cable, dict) and self._lacks(cable, *shared):
-                    kind = self._kind(cable, common)
+                    kind = kind_of(self.document, self.root, cable)
                     if kind is not None and need in _needs(kind):
                         lacking.setdefault(_title(kind), []).append(i)
             for model, places in lacking.items():
@@ -126,25 +124,15 @@ class RobotChecks(Checks):
                 such = f", such as {need}: {EXAMPLES[need]}" if need in EXAMPLES else ""
                 text = f"{model} needs {words} of each cable: give {need} for all{such}, or {name} of cable {listed}"
                 self.problems.add(self.document.key_mark((*self.root, "cable")), self.root, text)
-
         for i, cable in enumerate(given):
-            kind = self._kind(cable, common) if isinstance(cable, dict) else None
+            kind = kind_of(self.document, self.root, cable)
             if kind is not None and kind[1] != TORQUE and not composed(*kind).stretches:
-                own = isinstance(cable.get("winch"), dict)
                 self.add_problem(
-                    (*self.root, *(("cables", i, "winch", "type") if own else ("winch", "type"))),
+                    (*winch_path(self.root, cable, i), "type"),
                     f"{kind[1]} needs a cable that stretches, got cable.model {kind[0]}: its length would be held "
                     "exactly, whatever the tension; set cable.model: elastic and cable.axial_stiffness",
                 )
                 return
-
-    def _kind(self, cable: dict[str, Any], common: CablesSection) -> Kind | None:
-        """Return the cable model and the type of winch of a cable; None if one is not known."""
-        model = str(cable.get("model") or common.model)
-        winch = cable.get("winch") or self.document.get((*self.root, "winch"))
-        own = winch if isinstance(winch, dict) else {}
-        kind = str(own.get("type") or TORQUE)
-        return (model, kind, own.get("inertia") is not None) if model in MODELS and kind in WINCH_TYPES else None
 
     def _lacks(self, cable: dict[str, Any], owner: str, key: str = "") -> bool:
         """Return True if a cable has this value or section neither itself nor from the common section."""

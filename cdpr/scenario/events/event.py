@@ -115,6 +115,7 @@ class ScenarioEvent(Kind):
 
     Attributes:
         ideal_cables_only: True if it requires ideal cables.
+        cuts_power: True if it cuts the power of the drives.
         overrides: True if it sets tensions that the distribution did not choose.
         changes_limits: True if it changes tension limits.
         ends_commands: True if external commands do not replace the answers of controller or solver from it on.
@@ -135,6 +136,11 @@ class ScenarioEvent(Kind):
         description="time of the event: it acts from the first sample at or after this time",
         json_schema_extra=unit("s"),
     )
+
+    @property
+    def cuts_power(self) -> bool:
+        """Return False: the drives have power."""
+        return False
 
     def named(self, names: Sequence[str | None]) -> Self:
         """Return the event with its cable's name instead of its number; `names` are those of all cables."""

@@ -40,6 +40,11 @@ class EmergencyStop(ScenarioEvent):
         json_schema_extra=unit("s"),
     )
 
+    @property
+    def cuts_power(self) -> bool:
+        """Return True for the categories 0 and 1."""
+        return self.category != 2
+
     def follow(self, history: History) -> Iterator[str]:
         """Yield a problem if the robot is already stopped."""
         if history.stopped is not None:
@@ -58,7 +63,7 @@ class EmergencyStop(ScenarioEvent):
         def cut(drives: EventActions) -> None:
             drives.cut_power()
 
-        if self.category != 2:
+        if self.cuts_power:
             yield self._power_off(step), cut
 
     def event_log(self, step: float, samples: int, tension: Mapping[str, float]) -> Iterator[Event]:
@@ -66,7 +71,7 @@ class EmergencyStop(ScenarioEvent):
         controlled = f", at rest within {self.stopping_time:g} s" if self.category != 0 else ""
         text = f"emergency stop of category {self.category}{controlled}"
         yield Event(first_sample(self.time, step) * step, self.type, text)
-        if self.category != 2:
+        if self.cuts_power:
             off = first_sample(self._power_off(step), step) * step
             yield Event(off, "power_off", "the drives have no power: only jammed cables have tension")
 

@@ -1,0 +1,41 @@
+"""Winches of cables in the data of a robot file, for checks before the robot is valid."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from cdpr.base.problems import Path
+from cdpr.cables import COMMANDED, COMMANDS, MODELS, TENSION, TORQUE, WINCH_TYPES, composed
+from cdpr.config.document import Document
+
+Kind = tuple[str, str, bool]  # arguments of `cdpr.cables.composed`
+
+
+def kind_of(document: Document, root: Path, cable: object) -> Kind | None:
+    """Return cable model, type of winch, and whether it has an inertia; None if one is not known.
+
+    Args:
+        document: document of the robot.
+        root: path of the robot.
+        cable: item of its list of cables.
+    """
+    if not isinstance(cable, dict):
+        return None
+    model = str(cable.get("model") or document.get((*root, "cable", "model")) or COMMANDED)
+    winch = cable.get("winch") or document.get((*root, "winch"))
+    own: dict[str, Any] = winch if isinstance(winch, dict) else {}
+    kind = str(own.get("type") or TORQUE)
+    return (model, kind, own.get("inertia") is not None) if model in MODELS and kind in WINCH_TYPES else None
+
+
+def command_of(kind: Kind) -> str:
+    """Return the command of such a winch, as `cdpr.cables.commands_of`; "" if its cable does not support it."""
+    if composed(*kind).stretches:
+        return COMMANDS[kind[1]]
+    return TENSION if kind[1] == TORQUE else ""
+
+
+def winch_path(root: Path, cable: object, i: int) -> Path:
+    """Return the path of the winch of cable i: its own, or the common one."""
+    own = isinstance(cable, dict) and isinstance(cable.get("winch"), dict)
+    return (*root, "cables", i, "winch") if own else (*root, "winch")
