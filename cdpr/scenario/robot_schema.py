@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import AfterValidator, Field, create_model
+from pydantic import AfterValidator, Field
 
 from cdpr.base.fields import (
     ZERO,
@@ -26,7 +26,6 @@ from cdpr.cables import (
     ACTUATED,
     COMMANDED,
     MODELS,
-    NUMBERS,
     TORQUE,
     WINCH_TYPES,
     AnyExit,
@@ -44,6 +43,7 @@ from cdpr.scenario.limits_schema import (
     TensionSection,
     limits,
 )
+from cdpr.scenario.number_sections import CableNumbers, WinchNumbers
 from cdpr.scenario.orientation import UPRIGHT, Orientation
 
 MAX_CABLES = 256
@@ -153,40 +153,6 @@ class PlatformSection(Section):
         description="points of the platform with a name, such as a nozzle, platform axes; a trajectory may be a tool's",
         json_schema_extra=unit("m"),
     )
-
-
-def _section_of(owner: str, *, shared: bool) -> type[Section]:
-    """Return a section with the numbers that cable models use from "cable" or "winch".
-
-    Numbers that are `shared` may be omitted from both sections; so may numbers that not all kinds of winch need.
-    Missing required numbers are reported later.
-    """
-    kinds = [{number.name for number in chain.winch.numbers} for chain in MODELS.values() if chain.winch.numbers]
-    others = [{number.name for number in part.required} for pair in WINCH_TYPES.values() for part in pair]
-    fields: dict[str, Any] = {}
-    for number in NUMBERS.values():
-        if number.owner != owner:
-            continue
-        needed = all(number.name in names for names in (*kinds, *others))
-        usual = any(number.name in names for names in kinds)
-        optional = shared or not usual or (number.default is None and not needed)
-        default = None if optional else ... if number.default is None else number.default
-        kind = number.kind | None if optional else number.kind
-        extra = unit(number.unit) if number.unit else None
-        fields[number.key] = (kind, Field(default, description=number.text, json_schema_extra=extra))
-    return create_model(f"{owner}_numbers", __base__=Section, **fields)
-
-
-# Base classes, so that these keys come between others: pydantic orders fields by base class, the last one first.
-if TYPE_CHECKING:
-
-    class CableNumbers(Section):
-        """Numbers of a cable."""
-
-    class WinchNumbers(Section):
-        """Numbers of a winch."""
-else:
-    CableNumbers, WinchNumbers = _section_of("cable", shared=True), _section_of("winch", shared=False)
 
 
 class _Typed(Section):
@@ -377,7 +343,14 @@ class RobotSection(Section):
                 keys.append(name)
             elif getattr(self.cable, name, None) is not None:
                 keys.append(f"cable.{name}")
-        return keys
+        return keys if actuated else [*keys, *self._unused_numbers(chains)]
+
+    def _unused_numbers(self, chains: Sequence[Chain]) -> Iterator[str]:
+        """Yield the given numbers of winches that no cable with this winch uses, such as gains without an inertia."""
+        pairs = list(zip(self.cables, chains, strict=True))
+        shared = [chain for cable, chain in pairs if cable.winch is None]
+        found = [("winch", self.winch, shared), *(("cables[*].winch", cable.winch, [chain]) for cable, chain in pairs)]
+        yield from dict.fromkeys(f"{where}.{key}" for where, winch, users in found for key in _unused(winch, users))
 
     def chain_of(self, cable: CableSection) -> Chain:
         """Return winch and span of a cable."""
@@ -411,6 +384,13 @@ class RobotSection(Section):
             model=cable.model,
             **_attributes(Cable, numbers),
         )
+
+
+def _unused(winch: WinchSection | None, chains: Iterable[Chain]) -> Iterator[str]:
+    used = {number.key for chain in chains for number in chain.winch.numbers if number.owner == "winch"}
+    for key, info in type(winch).model_fields.items() if winch and used else ():
+        if key != "type" and key not in used and getattr(winch, key) != info.default:
+            yield key
 
 
 def cable_name(cable: CableSection, i: int) -> str:
