@@ -7,7 +7,11 @@ from typing import Any
 
 import numpy as np
 
+from cdpr.base.errors import CdprError
+from cdpr.cables import bends
 from cdpr.cables.tables import chain_table, command_kinds, line_table
+from cdpr.mechanics.properties import home_pose
+from cdpr.mechanics.sag import least_tensions
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
@@ -28,6 +32,7 @@ class InverseKinematics(SnapshotOfArrays, Controller):
 
     def __init__(self, robot: Robot, gravity: Array, control_step: float, options: Any) -> None:
         super().__init__(robot, gravity, control_step, options)
+        _check_pretension(robot, gravity, options)
         self._feed = np.full(robot.m, options.pretension)
         self.arrays = (self._feed,)
         rows = np.array(robot.rows)
@@ -67,3 +72,16 @@ class InverseKinematics(SnapshotOfArrays, Controller):
     def reset(self) -> None:
         """Reset the holding tensions, which remain if none are found."""
         self._feed[:] = self.options.pretension
+
+
+def _check_pretension(robot: Robot, gravity: Array, options: Any) -> None:
+    """Raise CdprError if cables that sag have no length at the pretension, as their weight requires more."""
+    if not bends(robot) or options.flex_compensation:
+        return
+    home = home_pose(robot)[0]
+    least = float(least_tensions(robot, home[None, :3], home[None, 3:], gravity).max())
+    if not options.pretension >= least:
+        raise CdprError(
+            f"controller.pretension: expected at least {least:.4g} N, which cables that sag need to carry their weight "
+            f"at the home pose, got {options.pretension:g}"
+        )
