@@ -24,7 +24,7 @@ class ControllerInputs:
         limits: (2, m), lowest and highest tensions, N.
         held: (m,), True for cables known to be broken or jammed; their two limits equal the tension.
         command: (m,), tensions as sent in the previous control step, N; 0 before the first one. Without power, those
-            that were sent last.
+            that were sent last. For winches that take lengths or rates, the tensions of the nominal cables at rest.
         measurements: measurements by name; none so far.
 
     Example:

@@ -136,7 +136,7 @@ class Loop:
         perform(self.pipeline.operations[:1])
         if np.isnan(self.out).any():
             raise PluginError(
-                f"the controller wrote no {parts.output}, or NaN: `control` must write all of the array it is given"
+                f"the controller wrote no {parts.output_name}, or NaN: `control` must write all of the given array"
             )
         if isinstance(self.stage, TensionStage):
             robot, limits = parts.controlled_robot, self.present.cables.limits
@@ -162,7 +162,7 @@ class Loop:
         if self.winding.needs_start:
             stage = self.stage_of("wrench")
             assert isinstance(stage, TensionStage)
-            self.winding.hold(stage)
+            self.winding.hold(self.parts, stage)
         self.pipeline.due = self.schedule.begin()
         self.row[0] = 0.0
         if self.pipeline.due == 0:
@@ -305,10 +305,9 @@ class Loop:
     def stage_of(self, output: Output) -> TensionStage | CommandStage:
         """Return the stage for the output of a controller; all stages share the cables."""
         parts = self.parts
-        if output == "winch":
-            return self.winding.stage()
-        if output == "command":
-            commanded = CommandStage(parts.controlled_robot, parts.policy, self.present.live, self.present.cables)
+        if output != "wrench":
+            about = parts.controlled_robot, parts.policy, self.present.live, self.present.cables
+            commanded = self.winding.stage() if output == "winch" else CommandStage(*about)
             self.calls.record(commanded)
             return commanded
         solver = parts.solver
@@ -376,7 +375,7 @@ class Loop:
 
     def _refuse_output(self, _: int) -> None:
         values = ", ".join(f"{value:.4g}" for value in self.out)
-        raise Diverged(f"the controller's {self.parts.output} is not finite: [{values}]; smaller gains may help")
+        raise Diverged(f"the controller's {self.parts.output_name} is not finite: [{values}]; smaller gains may help")
 
     def _happen(self) -> None:
         """Apply the events that are due at the present sample."""

@@ -51,6 +51,11 @@ class Parts:
         return (*((part.name, part) for part in self.more), *own)
 
     @property
+    def output_name(self) -> str:
+        """Output of the controller in messages."""
+        return "wrench" if self.output == "wrench" else "command"
+
+    @property
     def ideal_cables(self) -> bool:
         """True if tensions equal commands; otherwise tensions and work of the cables are read from the backend."""
         return not GROUPS["winched"].within(self.columns)

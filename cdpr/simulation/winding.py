@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cdpr.cables import RATE, commands_of, takes_lengths
+from cdpr.cables.chain import MOST
 from cdpr.cables.tables import chain_table, command_kinds, line_table
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.native.bind import bind
@@ -17,12 +18,16 @@ from cdpr.tension.winch_command import WinchStage
 
 Stage = TensionStage | CommandStage
 
+# Columns of `chain_table`: kind and lowest tension of the spans, and from SPAN on their numbers.
+SPAN_KINDS, SPAN = slice(1, 3), 3 + MOST
+
 
 class Winding:
     """Commands of the winches of a loop; none if all take tensions.
 
-    The map from a tension to an unwound length is that of the nominal robot at the state that the controller sees. An
-    ideal drive winds at the rate that reaches a length at the end of the control period.
+    The map from a tension to an unwound length is that of the nominal robot's spans at the state that the controller
+    sees; the winches are the true ones. An ideal drive winds at the rate that reaches a length at the end of the
+    control period.
 
     Attributes:
         drive: (m,), commands of the plant, live: the tensions, if all winches take tensions.
@@ -39,9 +44,12 @@ class Winding:
             return
         robot, view = parts.perceived_robot, present.view
         self.command, unwound = view("winch_command"), view("unstretched_length")
-        cables = {"chains": chain_table(robot), "lines": line_table(robot), "gravity": parts.backend.gravity}
+        chains = np.concatenate([chain_table(parts.robot)[:, :SPAN], chain_table(robot)[:, SPAN:]], axis=1)
+        chains[:, SPAN_KINDS] = chain_table(robot)[:, SPAN_KINDS]
+        cables = {"chains": chains, "lines": line_table(robot), "gravity": parts.backend.gravity}
         cables |= {"state": present.seen, "sensed": present.seen_cables}
-        drives = {"takes": command_kinds(robot), "unwound": unwound, "command": self.command, "drive": self.drive}
+        takes = command_kinds(parts.robot)
+        drives = {"takes": takes, "unwound": unwound, "command": self.command, "drive": self.drive}
         self._given = {**cables, **drives, "period": parts.control_step}
         readings = parts.backend.winch_readings(unwound, view("unstretched_rate"), view("motor_torque"))
         self._reading = [Operation("backend", do) for do in readings]
@@ -76,9 +84,9 @@ class Winding:
         """True if `start` is used: the controller commands rates, which define no tension."""
         return self._parts.output == "winch" and RATE in commands_of(self._parts.robot)
 
-    def hold(self, stage: TensionStage) -> None:
-        """Write into `start` the tensions by which a stage holds the weight at the present sample."""
-        parts, present = self._parts, self._present
+    def hold(self, parts: Parts, stage: TensionStage) -> None:
+        """Write into `start` the tensions by which a stage holds the weight of the present robot at this sample."""
+        present = self._present
         still = np.concatenate([present.seen[:7], np.zeros(6)])
         present.live.wrench[:] = required_wrench(parts.perceived_robot, still, parts.backend.gravity)
         stage.distribute()

@@ -191,6 +191,91 @@ def test_messages(name):
     assert text in str(caught.value)
 
 
+TORQUE = {"type": "torque", "drum_radius": 0.05, "inertia": 0.002}
+BELIEVED = {
+    "tension": ({"type": "position"}, {"winch": TORQUE}, "a length, got a tension"),
+    "rate": ({"type": "position"}, {"winch": {"type": "velocity"}}, "a length, got a rate"),
+    "length": (TORQUE, {"winch": {"type": "position"}}, "a tension, got a length"),
+}
+
+
+@pytest.mark.parametrize("name", BELIEVED)
+def test_the_nominal_model_has_the_same_commands(name):
+    winch, believed, text = BELIEVED[name]
+    with pytest.raises(cdpr.CdprError, match=rf"believed\.winch\.type: must have the command of .*, {text}"):
+        camera(winch=winch, believed=believed)
+
+
+def test_the_map_drives_the_true_winch_if_the_nominal_one_is_a_servo():
+    changes = {"controller": {"type": "computed_torque"}, "robot.cable.damping": 5.0, "simulation.duration": 0.1}
+    expected = cdpr.simulate(camera(**changes))
+    run = cdpr.simulate(camera(believed={"winch": SERVO}, **changes))
+    assert same_bits(run.winch_command, expected.winch_command)
+    assert same_bits(run.position, expected.position)
+
+
+@pytest.mark.parametrize("category", [0, 1])
+@pytest.mark.parametrize("kind", ["position", "velocity"])
+def test_power_cuts_are_rejected(kind, category):
+    stop = {"events": [{"type": "emergency_stop", "time": 0.5, "category": category}]}
+    with pytest.raises(cdpr.CdprError, match=rf"a power cut is not supported with robot\.winch\.type {kind}: set cat"):
+        camera(winch={"type": kind}, **stop)
+    one = {"robot.cables[0].winch": {"type": kind}, "controller": {"type": "computed_torque"}}
+    with pytest.raises(cdpr.CdprError, match=rf"not supported with robot\.cables\[0\]\.winch\.type {kind}"):
+        camera(winch=TORQUE, **one, **stop)
+
+
+def test_a_stop_that_holds_the_pose_is_supported():
+    stop = {"events": [{"type": "emergency_stop", "time": 0.1}], "simulation.duration": 1.0}
+    run = cdpr.simulate(camera(**stop))
+    assert np.ptp(run.winch_command[-100:], axis=0).max() < AT_REST
+
+
+def test_numbers_that_no_winch_uses_are_reported():
+    """Without an inertia, a drive is ideal and has no gains."""
+    gains = {"velocity_gain": 1.0, "torque_max": 5.0}
+    assert set(camera(winch={"type": "position", **gains}).unused) == {f"robot.winch.{key}" for key in gains}
+    assert camera(winch=SERVO).unused == ()
+    one = {"robot.cables[1].winch": TORQUE | gains, "controller": {"type": "computed_torque"}}
+    assert set(camera(winch=SERVO, **one).unused) == {f"robot.cables[*].winch.{key}" for key in gains}
+
+
+class Observer(cdpr.plugins.Controller):
+    """Hold the lengths of the start, and keep the observed tensions."""
+
+    output = "length"
+
+    def observe(self, inputs):
+        self.inputs, Observer.seen = inputs, []
+
+    def control(self, time, state, desired, out):
+        Observer.seen.append(self.inputs.command.copy())
+        out[:] = 0.99 * np.linalg.norm(ANCHORS - [0.0, 0.0, 1.0], axis=1)
+
+
+def test_controllers_observe_the_tensions_of_their_lengths():
+    run = cdpr.simulate(camera(**{"simulation.duration": 0.02}), controller=Observer)
+    assert same_bits(np.array(Observer.seen[-len(run.tension) + 1 :]), run.tension[:-1])
+    assert (run.tension > 0.0).all()
+
+
+def test_messages_name_the_command():
+    class Invalid(Observer):
+        def control(self, time, state, desired, out):
+            out[:] = np.nan if time > 0.005 else 2.0
+
+    with pytest.raises(cdpr.CdprError, match="the controller's command is not finite"):
+        cdpr.simulate(camera(), controller=Invalid)
+
+
+def test_cables_that_sag_need_a_pretension():
+    sagging = {"robot.winch": {"type": "position"}, "simulation.duration": 0.01}
+    scenario = cdpr.load_scenario("sagging", overrides=sagging | {"controller": INVERSE})
+    with pytest.raises(cdpr.CdprError, match=r"controller\.pretension: expected at least 22\.36 N"):
+        cdpr.simulate(scenario)
+    assert cdpr.simulate(scenario, overrides={"controller.pretension": 100.0}).status == "finished"
+
+
 def test_exports_without_such_commands_are_rejected(tmp_path):
     for to in ("native",):
         with pytest.raises(
