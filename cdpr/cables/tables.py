@@ -25,6 +25,8 @@ WINCHES: tuple[Winch, ...] = tuple(
         (*(chain.winch for chain in MODELS.values()), *(part for pair in WINCH_TYPES.values() for part in pair))
     )
 )
+# Columns of `chain_table`: the first numbers of winch and span, and their number; see `cdpr/cables/chain.hpp`.
+WINCH, SPAN, CHAIN_WIDTH = 3, 3 + MOST, 3 + 2 * MOST
 KINDS_OF_COMMANDS = (TENSION, LENGTH, RATE)  # in the order of `CommandKind`, parts.hpp
 SPANS: tuple[Span, ...] = tuple(dict.fromkeys(chain.span for chain in MODELS.values()))
 

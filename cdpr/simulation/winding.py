@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cdpr.cables import RATE, commands_of, takes_lengths
-from cdpr.cables.chain import MOST
-from cdpr.cables.tables import chain_table, command_kinds, line_table
+from cdpr.cables.tables import SPAN, chain_table, command_kinds, line_table
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.native.bind import bind
 from cdpr.simulation.parts import Parts
@@ -18,8 +17,7 @@ from cdpr.tension.winch_command import WinchStage
 
 Stage = TensionStage | CommandStage
 
-# Columns of `chain_table`: kind and lowest tension of the spans, and from SPAN on their numbers.
-SPAN_KINDS, SPAN = slice(1, 3), 3 + MOST
+SPAN_KINDS = slice(1, 3)  # columns of `chain_table`: kind and lowest tension of the spans
 
 
 class Winding:

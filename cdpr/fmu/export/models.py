@@ -13,7 +13,7 @@ from cdpr.cables import ACTUATED, chain_of, immediate
 from cdpr.cables.chain import Chain
 from cdpr.fmu.export.control import Control
 from cdpr.fmu.export.loads import Load, load_variables
-from cdpr.fmu.export.parts import add_chains, add_lines, numbers_of
+from cdpr.fmu.export.parts import add_chains, add_lines, winch_parameters
 from cdpr.fmu.export.variables import Model, Variable, entrance, output, parameter
 from cdpr.mechanics.guide import Guide
 from cdpr.mechanics.kinematics import lengths, make_state
@@ -86,7 +86,7 @@ class Plant(Model):
         return [
             *_times(self.physics_step),
             *self._platform(),
-            *(_winches(self.robot) if self.winches else []),
+            *(winch_parameters(self.robot) if self.winches else []),
             *(self.control.parameters() if self.control else []),
             *(self.control.inputs() if self.control else []),
             *self._inputs(),
@@ -227,7 +227,7 @@ class Actuator(Model):
         start = lengths(self.robot, make_state(home[:3], home[3:]))
         return [
             *_times(self.physics_step),
-            *_winches(self.robot),
+            *winch_parameters(self.robot),
             entrance("command", m, "N", COMMAND, terminal="winches", nominal=_usual(self.robot)),
             entrance("cable_length", m, "m", LENGTH, start, least=0.0, terminal="cables"),
             entrance("cable_rate", m, "m/s", RATE, terminal="cables"),
@@ -380,25 +380,6 @@ def _pulled(robot: Robot, lengths: Sequence[str], decided: bool = False) -> list
 def _passed(chains: Sequence[Chain], lengths: Sequence[str]) -> Sequence[str]:
     """Return outputs that repeat the inputs lengths and rates for cables that do not stretch."""
     return () if all(chain.stretches for chain in chains) else lengths
-
-
-def _winches(robot: Robot) -> list[Variable]:
-    """Return the parameters of winches and spans, 0 for cables without them."""
-    parts = [(chain.winch, chain.span) for chain in _chains(robot)]
-    return [
-        parameter(
-            number.name,
-            (robot.m,),
-            number.unit_of_fmu,
-            [
-                number.of(cable) if any(number in part.numbers for part in own) else 0.0
-                for cable, own in zip(robot.cables, parts, strict=True)
-            ],
-            number.text,
-            least=0.0 if number.positive else None,
-        )
-        for number in numbers_of([part for own in parts for part in own])
-    ]
 
 
 def _unilateral(robot: Robot) -> Variable:

@@ -5,18 +5,35 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from cdpr.cables import chain_of
-from cdpr.cables.chain import MOST, Number, Part
-from cdpr.cables.tables import chain_table, line_table, places_of_states
+from cdpr.cables.chain import Number, Part
+from cdpr.cables.tables import CHAIN_WIDTH, SPAN, WINCH, chain_table, line_table, places_of_states
+from cdpr.fmu.export.variables import Variable, parameter
 from cdpr.model import Robot
 from cdpr.native.exported_pipeline import ExportedPipeline, Link
-
-# Indices in a row of `chains`, `cdpr/cables/chain.hpp`.
-WINCH, SPAN, CHAIN_WIDTH = 3, 3 + MOST, 3 + 2 * MOST
 
 
 def numbers_of(parts: Sequence[Part]) -> list[Number]:
     """Return the parameters of these parts, each once."""
     return list({number.name: number for part in parts for number in part.numbers}.values())
+
+
+def winch_parameters(robot: Robot) -> list[Variable]:
+    """Return the parameters of winches and spans, 0 for cables without them."""
+    parts = [(chain.winch, chain.span) for chain in (chain_of(robot, cable) for cable in robot.cables)]
+    return [
+        parameter(
+            number.name,
+            (robot.m,),
+            number.unit_of_fmu,
+            [
+                number.of(cable) if any(number in part.numbers for part in own) else 0.0
+                for cable, own in zip(robot.cables, parts, strict=True)
+            ],
+            number.text,
+            least=0.0 if number.positive else None,
+        )
+        for number in numbers_of([part for own in parts for part in own])
+    ]
 
 
 def add_lines(pipeline: ExportedPipeline, robot: Robot) -> None:
