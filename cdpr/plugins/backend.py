@@ -258,7 +258,7 @@ class Backend(ABC):
         return None
 
     def winch_readings(self, unwound: Array, unwinding: Array, torque: Array) -> Operations:
-        """Return the operations that write the state of the winches; for backends with the property `winches`.
+        """Return the operations that write the state of the winches; for backends with the feature `winch_commands`.
 
         Args:
             unwound: (m,), unwound unstretched length, m; NaN before the first command.
