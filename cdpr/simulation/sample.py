@@ -93,6 +93,11 @@ class Sample:
         """Arrays of anchors that move."""
         return self._anchors.arrays
 
+    def placed_lines(self, robot: Robot) -> tuple[Array, list[Operation]]:
+        """Return the lines of a robot (m, w), and the operations that write the present anchors into them."""
+        lines = self._anchors.lines(robot)
+        return lines, self._anchors.placing(lines, robot)
+
     def renew(self, robot: Robot) -> None:
         """Observe a robot with another platform."""
         self._body.inertial[:] = robot.inertial
@@ -133,8 +138,8 @@ class Sample:
         operations += [each for part in parts.more for each in part.observed(period)]
         operations += [Operation("seen", bind("not_finite", values=own), self._refuse_seen) for own in self.perceived]
         if parts.perceived_differs:
-            lines = self._anchors.lines(parts.perceived_robot)
-            operations += self._anchors.placing(lines, parts.perceived_robot)
+            lines, placing = self.placed_lines(parts.perceived_robot)
+            operations += placing
             perceived = observing_nominal(lines, self.seen, self.live.W)
             operations.append(Operation("geometry", perceived, refuse))
         return operations

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cdpr.cables import RATE, commands_of, takes_lengths
-from cdpr.cables.tables import SPAN, chain_table, command_kinds, line_table
+from cdpr.cables.tables import SPAN, chain_table, command_kinds
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.native.bind import bind
 from cdpr.simulation.parts import Parts
@@ -37,6 +37,7 @@ class Winding:
         self._active = takes_lengths(parts.robot)
         self.start = np.zeros(parts.robot.m)
         self._reading: list[Operation] = []
+        self._placing: list[Operation] = []
         self.drive = present.drive
         if not self._active:
             return
@@ -44,7 +45,8 @@ class Winding:
         self.command, unwound = view("winch_command"), view("unstretched_length")
         chains = np.concatenate([chain_table(parts.robot)[:, :SPAN], chain_table(robot)[:, SPAN:]], axis=1)
         chains[:, SPAN_KINDS] = chain_table(robot)[:, SPAN_KINDS]
-        cables = {"chains": chains, "lines": line_table(robot), "gravity": parts.backend.gravity}
+        lines, self._placing = present.placed_lines(robot)
+        cables = {"chains": chains, "lines": lines, "gravity": parts.backend.gravity}
         cables |= {"state": present.seen, "sensed": present.seen_cables}
         takes = command_kinds(parts.robot)
         drives = {"takes": takes, "unwound": unwound, "command": self.command, "drive": self.drive}
@@ -62,7 +64,7 @@ class Winding:
 
     def before(self) -> list[Operation]:
         """Return the operations before a stage, which read the winches."""
-        return list(self._reading)
+        return [*self._placing, *self._reading]
 
     def after(self, stage: Stage) -> list[Operation]:
         """Return the operations after a stage, which write the commands of the winches."""

@@ -212,3 +212,16 @@ def test_needs_of_a_section_that_moves_the_anchors(monkeypatch):
     for role in ("backend", "controller"):
         assert list(lacking(scenario, role, {})) == [(("frame",), "features: moving_anchors")]
         assert list(lacking(scenario, role, features)) == []
+
+
+def test_lengths_of_cables_that_sag_follow_the_anchors(run):
+    """A frame at constant velocity, which the platform shares, changes no commanded length."""
+    velocity = np.array([0.4, -0.3, 0.2])
+    winch = {"type": "position"}
+    start = {"initial.velocity": velocity.tolist(), "trajectory": {"type": "hold"}, "robot.winch": winch}
+    controller = {"controller": {"type": "computed_torque", "kp": 0.0, "kd": 0.0}, "simulation.duration": 0.2}
+    resting = run("sagging", **(start | controller | {"initial.velocity": [0.0, 0.0, 0.0]}))
+    carried = run("sagging", lambda: Carriage(velocity), **start, **controller)
+    np.testing.assert_allclose(carried.winch_command, resting.winch_command, rtol=1e-9)
+    moved = np.outer(carried.time, velocity)
+    np.testing.assert_allclose(carried.position - moved, resting.position, atol=1e-9)
