@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from kernel_cases import numbers, run
 from resting_robots import energy_of, random_case
@@ -18,6 +18,7 @@ from cdpr.mechanics.potential import Potential, rest_lengths
 
 pytestmark = pytest.mark.core
 DOWN = (0.0, 0.0, -9.81)
+ROUND_OFF = 1e-14  # some roundings of double precision, 2e-16 each
 seeds = st.integers(0, 2**32 - 1)
 
 
@@ -58,6 +59,7 @@ def test_the_gradient_is_that_of_differences(seed):
 
 
 @given(seeds)
+@example(1416)  # no taut cable
 def test_the_hessian_is_that_of_differences_while_no_cable_changes_state(seed):
     potential, pose = at(seed)
     _, _, hessian = potential.evaluate(pose)
@@ -73,8 +75,10 @@ def test_the_hessian_is_that_of_differences_while_no_cable_changes_state(seed):
             if ((potential.tension > 0.0) != taut).any() or potential.length.min() < 0.01 * potential.size:
                 return
         found[:, k] = (ends[0] - ends[1]) / (2.0 * h)
-    # differences along rotations about fixed axes are symmetric up to half the moments
-    np.testing.assert_allclose(0.5 * (found + found.T), hessian, rtol=2e-4, atol=2e-4 * np.abs(hessian).max())
+    # differences along rotations about fixed axes are symmetric up to half the moments; without stiffness, the moments
+    # of the weight leave round-off
+    bound = 2e-4 * np.abs(hessian).max() + ROUND_OFF * potential.weight * potential.size
+    np.testing.assert_allclose(0.5 * (found + found.T), hessian, rtol=2e-4, atol=bound)
     np.testing.assert_array_equal(hessian, hessian.T)
 
 
