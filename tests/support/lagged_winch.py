@@ -50,7 +50,7 @@ IN_THE_HEADER = {
         "Drum::held(numbers, command, rate, length_acceleration);",
     ),
     "turn": (
-        "\n    if (is(kind, LAGGED)) return Lagged::turn(numbers, own, tension);",
+        "\n    if (is(kind, LAGGED)) return Lagged::turn(numbers, motion.own, tension);",
         "Drum::drum_acceleration(numbers, command, tension, speed);",
     ),
     "begin": (
