@@ -183,7 +183,7 @@ def cdpr_controllers() -> list[PluginInfo]:
             name="inverse_kinematics",
             factory="cdpr_controllers.inverse_kinematics:InverseKinematics",
             summary="unwound lengths or rates of the cables for the desired pose, without feedback; flex compensation",
-            properties={"output": "command"},
+            properties={"output": "command", "feedback": False},
             options=InverseKinematicsOptions,
         ),
         PluginInfo(

@@ -185,12 +185,17 @@ def on_target_it_carries_the_weight(subject: ControllerSubject) -> None:
         expect_close(wrench, wanted, 1e-9, "wrench on target, N and N m")
 
 
+def _needs_feedback(subject: ControllerSubject) -> None:
+    needs(subject.properties.get("feedback", True), "it declares feedback: false")
+
+
 def it_pulls_towards_the_target(subject: ControllerSubject) -> None:
     """If the target moves away from the platform, the wrench towards the target increases.
 
     The kit shifts the target along each axis: the force along this axis must increase. It also rotates the target about
-    each axis: the moment about this axis must increase.
+    each axis: the moment about this axis must increase. Skipped if the controller declares `feedback: false`.
     """
+    _needs_feedback(subject)
     robot, state = samples.braced(), _rest(4)
     W = kinematics.wrench_matrix(robot, state)
     balance = _wrench(subject, W, subject.compute(subject.make(robot), state, _target(state)))
@@ -240,7 +245,11 @@ def _turned_robot(robot: Robot, R: Array) -> Robot:
 
 
 def nan_shows(subject: ControllerSubject) -> None:
-    """If the state contains NaN, the output contains NaN or infinity, or the controller raises an error."""
+    """If the state contains NaN, the output contains NaN or infinity, or the controller raises an error.
+
+    Skipped if the controller declares `feedback: false`.
+    """
+    _needs_feedback(subject)
     for k in range(13):
         state, desired = _motion(6)
         state[k] = np.nan
@@ -254,8 +263,9 @@ def nan_shows(subject: ControllerSubject) -> None:
 def it_settles(subject: ControllerSubject) -> str:
     """Within three seconds, the controller moves the platform at least halfway to its target.
 
-    At the start, the distance to the target is 3 cm and 0.03 rad.
+    At the start, the distance to the target is 3 cm and 0.03 rad. Skipped if the controller declares `feedback: false`.
     """
+    _needs_feedback(subject)
     robot, step = samples.braced(), 5e-3
     controller = subject.make(robot, step=step)
     target = _target(_rest(7))
