@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 
 from cdpr.base.errors import CdprError
-from cdpr.cables.tables import line_table
 from cdpr.mechanics.forward_kinematics import scales
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.plugins import Controller, SnapshotOfArrays
 from cdpr.plugins.controller import Tunable
+from cdpr_controllers.holding import holding_arguments
 from cdpr_controllers.law import Law
 
 
@@ -50,18 +50,10 @@ class CableLength(SnapshotOfArrays, Controller):
         self._law = Law(self._bound, m)
 
     def _constants(self, robot: Robot, gravity: Array, options: Any) -> dict[str, Any]:
-        rows, scale = scales(robot)
         return {
-            "lines": line_table(robot),
-            "rows": rows,
-            "scale": scale,
-            "weights": np.repeat([1.0, 1.0 / robot.characteristic_length], 3)[rows],
-            "low": robot.tension_min - options.pretension,
-            "high": robot.tension_max - options.pretension,
-            "pretension": options.pretension,
+            **holding_arguments(robot, gravity, options.pretension),
+            "scale": scales(robot)[1],
             "limits": np.array([robot.tension_min, robot.tension_max]),
-            "inertial": robot.inertial.copy(),
-            "gravity": np.array(gravity, dtype=np.float64),
             "estimates": int(options.forward_kinematics),
         }
 

@@ -9,13 +9,14 @@ import numpy as np
 
 from cdpr.base.errors import CdprError
 from cdpr.cables import bends
-from cdpr.cables.tables import chain_table, command_kinds, line_table
+from cdpr.cables.tables import chain_table, command_kinds
 from cdpr.mechanics.properties import home_pose
 from cdpr.mechanics.sag import least_tensions
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.plugins import Controller, SnapshotOfArrays
+from cdpr_controllers.holding import holding_arguments
 from cdpr_controllers.law import Law
 
 
@@ -35,18 +36,10 @@ class InverseKinematics(SnapshotOfArrays, Controller):
         _check_pretension(robot, gravity, options)
         self._feed = np.full(robot.m, options.pretension)
         self.arrays = (self._feed,)
-        rows = np.array(robot.rows)
         self._arguments = {
-            "lines": line_table(robot),
+            **holding_arguments(robot, gravity, options.pretension),
             "chains": chain_table(robot),
             "takes": command_kinds(robot),
-            "rows": rows,
-            "weights": np.repeat([1.0, 1.0 / robot.characteristic_length], 3)[rows],
-            "low": robot.tension_min - options.pretension,
-            "high": robot.tension_max - options.pretension,
-            "pretension": options.pretension,
-            "inertial": robot.inertial.copy(),
-            "gravity": np.array(gravity, dtype=np.float64),
             "feed": self._feed,
             "compensates": int(options.flex_compensation),
         }
