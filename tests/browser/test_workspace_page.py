@@ -39,7 +39,7 @@ def seen(page):
     return np.array(pixels(page, box)).reshape(-1, 3)
 
 
-@pytest.mark.parametrize("page", [{}, {"color_scheme": "dark"}], indirect=True)
+@pytest.mark.parametrize("page", [{"color_scheme": "dark"}], indirect=True)
 def test_the_surface_is_drawn_and_turns(page):
     before = seen(page)
     page.evaluate(
