@@ -39,12 +39,8 @@ def needs_options(entry):
     return False
 
 
-# By default the kit checks these, which represent all kinds: our own and a library's, with memory and without.
-ALWAYS = {
-    "backend": {"reference", "mujoco"},
-    "solver": {"qp", "closed_form", "daqp"},
-    "controller": {"computed_torque", "static"},
-}
+# By default the kit checks these.
+ALWAYS = {"backend": {"reference", "mujoco"}, "solver": {"qp"}, "controller": {"computed_torque"}}
 
 
 # Tests of solvers/ and native/ cover most of these for the others.
@@ -61,10 +57,8 @@ MISLEADING = "misleading_problems_are_answered_truly"
 
 
 def is_slow(role, name, check):
-    """The other plugins, and the longest checks; one solver and one controller show that they run."""
-    if name not in ALWAYS[role] or check == MISLEADING:
-        return True
-    return (role == "solver" and name != "qp" and check in LONG) or (name == "static" and check == "it_settles")
+    """The other plugins, and the longest checks."""
+    return name not in ALWAYS[role] or check == MISLEADING or (role == "solver" and check in LONG)
 
 
 CASES = [

@@ -29,7 +29,7 @@ BROKEN = [
 
 
 @pytest.mark.parametrize(("check", "mutant", "properties", "ids"), BROKEN)
-@pytest.mark.usual("check_backend-*", "check_controller-*")
+@pytest.mark.usual("check_backend-[A-M]*", "check_controller-[A-P]*")
 def test_broken_plugin_is_caught(check, mutant, properties, ids):
     results = check(mutant, properties=properties, options=OPTIONS.get(check), only=ids)
     assert {result.id: result.outcome for result in results} == dict.fromkeys(ids, "failed")

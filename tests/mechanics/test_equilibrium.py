@@ -284,6 +284,7 @@ def test_all_equilibria_of_suspended_robots_are_found(m, seed):
         assert min(np.abs(other - one).max() for one in mine) < 1e-5
 
 
+@pytest.mark.slow
 def test_equilibria_of_a_v_plotter_are_below_and_above():
     found = cdpr.equilibria("v_plotter", lengths=[1.2, 1.3], starts=10)
     assert [one.stability for one in found] == ["stable", "unstable"]

@@ -61,7 +61,7 @@ REPEATS = {
 
 
 @pytest.mark.parametrize("case", [pytest.param(x, marks=pytest.mark.slow if x in REPEATS else ()) for x in CASES])
-@pytest.mark.usual("caroca", "planar_skewed", "mixed", "pulleys")
+@pytest.mark.usual("caroca", "mixed")
 def test_it_moves_as_reference_does_and_alike_in_both_versions(case, tmp_path):
     plant = plant_of(scenario(case))
     expected = reference(plant, 500)
