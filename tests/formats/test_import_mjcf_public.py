@@ -49,7 +49,7 @@ def model(servo="position", inside="", world="", equality="", first="", more="",
 
 
 IMPORTED = {
-    "position servos (HW-RMS, 4 cables)": (model(), ["4 tendons have servos of length"]),
+    "position servos (HW-RMS, 4 cables)": (model(), ["4 tendons have servos ("]),
     "connect within the gripper (afqmrl, 8CDPRv5)": (
         model(inside=FINGERS, equality='<connect name="c" body1="left" body2="right" anchor="0 0 0"/>'),
         ["body 'left' moves on its own (l): fixed at", "<connect> 'c': between parts of the platform"],

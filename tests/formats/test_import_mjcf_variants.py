@@ -185,7 +185,7 @@ def test_a_random_model_is_what_mujoco_makes_of_it(tmp_path, seed):
             assert (cable.length_min, cable.length_max) == (short, long)
 
     said = "\n".join([*found.warnings, *found.left_out])
-    assert ("have servos of length" in said) == bool(servo.any()) == bool(variant.servos)
+    assert ("tendons have servos" in said) == bool(servo.any()) == bool(variant.servos)
     assert ("'finger_a' moves on its own" in said) == variant.gripper
     assert ("'box_a' moves on its own" in said) == variant.others
 

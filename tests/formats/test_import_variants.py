@@ -40,7 +40,9 @@ def test_servos_of_tendons_have_the_limits_of_their_forces(tmp_path):
     robot, taken = imported(tmp_path, SERVO.format(more="", on="", end=""))
     assert robot.tension_min.tolist() == [0.0, 5.0]
     assert robot.tension_max.tolist() == [80.0, 70.0]
-    assert [text for text in taken.warnings if "2 tendons have servos of length ('c0', 'c1')" in text]
+    assert [
+        text for text in taken.warnings if "2 tendons have servos ('c0', 'c1'), imported as winches of the type" in text
+    ]
 
 
 def test_grippers_are_fixed_and_other_bodies_left_out(tmp_path):

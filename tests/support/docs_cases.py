@@ -9,6 +9,7 @@ import shutil
 from pathlib import Path
 
 import caspr_cases
+import firmware_cases
 import sdf_cases
 from conftest import ROOT
 from plugin_cases import SUCCESSOR, TRAJECTORY, wirex
@@ -126,5 +127,6 @@ def make_folder(folder: Path) -> None:
     for name, text in (("caroca.yaml", SUCCESSOR), ("trajectory.yaml", TRAJECTORY), ("IPAnema.wcrfx", wirex())):
         (theirs / name).write_text(text)
     (theirs / "hall.sdf").write_text(sdf_cases.text())
+    (theirs / "config.g").write_text(firmware_cases.RRF)
     hover, _ = re.findall(r"^```python\n(import cdpr\n.*?)^run = ", PAGES["docs/plugins.md"], re.DOTALL | re.MULTILINE)
     (folder / "hover.py").write_text(hover)

@@ -28,4 +28,6 @@ FORMATS = (
     Format("MJCF", "cdpr.formats.read.mjcf", (".xml", ".mjcf")),
     Format("WireX", "cdpr.formats.read.wirex", (".wcrfx",)),
     Format("SDF", "cdpr.formats.read.sdf", (".sdf", ".world")),
+    Format("RepRapFirmware", "cdpr.formats.read.reprap", (".g",)),
+    Format("Klipper", "cdpr.formats.read.klipper", (".cfg",)),
 )

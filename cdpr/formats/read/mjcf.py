@@ -75,6 +75,7 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
         "platform": _platform(body) | ({"tools": cables.tools} if cables.tools else {}),
         "tension": cables.tension,
         "home": _home(body),
+        **cables.sections,
         "cables": cables.rows,
     }
     found.comments = {

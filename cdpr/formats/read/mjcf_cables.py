@@ -9,10 +9,12 @@ from cdpr.base.errors import FormatError
 from cdpr.base.problems import Path as Key
 from cdpr.formats.read.imported import apart, slug, unique
 from cdpr.formats.read.mjcf_body import SITE, Body, tidy
+from cdpr.formats.read.mjcf_servos import Driven, Servo, driven, servo_of
 from cdpr.formats.read.mjcf_text import Lines
 from cdpr.formats.read.xml import Element
 
 REMEDY = '<motor tendon="..." gear="-1" ctrllimited="true" ctrlrange="MIN MAX"/> makes its control the tension, N'
+SAME = 1e-12  # relative difference of round-off
 UNSAID = 0.003  # m, MuJoCo's default width of a drawn tendon
 
 
@@ -23,6 +25,7 @@ class Cables:
         rows: cables in the format of a robot file.
         tension: tension limits in the format of a robot file.
         pull: False if a cable may push.
+        sections: sections `cable` and `winch` of a robot file, if some tendon has a servo.
         tools: named sites of the platform without cables, (3,), m, platform axes.
         comments: as in `Imported`.
         warnings: as in `Imported`.
@@ -50,10 +53,10 @@ class Cables:
                 raise self._wrong(tendon, f"it has no motor and no tension limits: {REMEDY}")
         if (twice := next((k for k, tendon in enumerate(motors) if tendon in motors[:k]), None)) is not None:
             raise self._wrong(motors[twice], "expected one motor, got two")
-        self._servos, self._unlimited = list[int](), list[int]()
+        self._servos, self._unlimited = dict[int, Servo](), list[int]()
         names = unique([slug(self._tendon(tendon), f"cable_{k + 1}") for k, tendon in enumerate(motors)])
         limits = [self._tension(motor, tendon) for motor, tendon in enumerate(motors)]
-        self._warn_of_servos()
+        self._warn_of_assumed()
         self.rows = [self._row(tendon, name) for tendon, name in zip(motors, names, strict=True)]
         self.tools = apart(self._tools([site for tendon in motors for site in self._sites(tendon)]), names)
         self.comments = {("cables", k): f"line {self._element(tendon).line}" for k, tendon in enumerate(motors)}
@@ -71,14 +74,43 @@ class Cables:
         }
         for key in self.tension:
             self.comments["tension", key] = "N, of the ranges of motors and forces, times gear and gain"
-
-    def _warn_of_servos(self) -> None:
+        self.sections: dict[str, Any] = {}
         if self._servos:
-            first, names = self._element(self._servos[0]), [f"'{self._tendon(each)}'" for each in self._servos]
-            self.warnings.append(
-                f"{first.at}: {len(names)} tendons have servos of length ({', '.join(names)}), replaced by tension "
-                "commands: winches with a length command are not imported"
-            )
+            self._drive(motors, driven(model, motors, self._servos, highs, body.mass))
+
+    def _drive(self, motors: list[int], found: Driven) -> None:
+        """Add the winches of servos; the cables of motors stay ideal."""
+        servos = {tendon: servo for tendon, servo in self._servos.items() if tendon in motors}
+        at = self._element(next(iter(servos))).at
+        kinds = " and ".join(sorted({servo.kind for servo in servos.values()}))
+        names = ", ".join(f"'{self._tendon(each)}'" for each in servos)
+        text = f"{len(servos)} tendons have servos ({names}), imported as winches of the type {kinds}; "
+        self.warnings += [f"{at}: {text}{more}" for more in found.warnings]
+        self.sections["cable"] = found.cable
+        if all(winch == found.winches[0] for winch in found.winches):
+            self.sections["winch"] = found.winches[0]
+        else:
+            for row, winch in zip(self.rows, found.winches, strict=True):
+                row |= {"model": "ideal"} if winch is None else {"winch": winch}
+        self.comments["cable", "axial_stiffness"] = self.comments["cable", "damping"] = "assumed"
+        self.comments["winch",] = "gains of the servos, kp and kv times gear^2, about a drum of 1 m"
+        for why, these in (
+            (
+                "ctrlrange of servos of length: commands here have no limits",
+                [k for k, each in servos.items() if each.kind == "position" and math.isfinite(each.controls[1])],
+            ),
+            ("timeconst of servos: commands here act at once", [k for k, each in servos.items() if each.lags]),
+        ):
+            if these:
+                named = ", ".join(f"'{self._tendon(each)}'" for each in these)
+                self._lines.left_out.append(f"{self._element(these[0]).at}: {why} ({named})")
+        for tendon, servo in servos.items():
+            if abs(servo.scale - 1.0) > SAME or servo.offset != 0.0:
+                unit = "length" if servo.kind == "position" else "rate"
+                text = f"a control of c is a {unit} of {servo.scale:g} c {servo.offset:+g} there; commands here are"
+                self.warnings.append(f"{self._element(tendon).at}: tendon '{self._tendon(tendon)}': {text} {unit}s")
+
+    def _warn_of_assumed(self) -> None:
         if self._unlimited and self._given is not None:
             low, high = self._given
             names = [f"'{self._tendon(each)}'" for each in self._unlimited]
@@ -148,17 +180,17 @@ class Cables:
             FormatError: if the motor's force is not proportional to its control, or not limited.
         """
         model, mujoco = self._model, self._mujoco
-        fixed = model.actuator_gaintype[motor] == mujoco.mjtGain.mjGAIN_FIXED
         plain = (
-            fixed
+            model.actuator_gaintype[motor] == mujoco.mjtGain.mjGAIN_FIXED
             and model.actuator_biastype[motor] == mujoco.mjtBias.mjBIAS_NONE
             and model.actuator_dyntype[motor] == mujoco.mjtDyn.mjDYN_NONE
         )
-        servo = not plain and fixed and model.actuator_biastype[motor] == mujoco.mjtBias.mjBIAS_AFFINE
-        if not (plain or servo):
-            raise self._wrong(tendon, "its actuator has its own gain, bias or dynamics: expected a motor")
-        if servo:
-            self._servos.append(tendon)
+        servo = None if plain else servo_of(mujoco, model, motor)
+        if servo is not None:
+            self._servos[tendon] = servo
+        elif not plain:
+            text = "its actuator has its own gain, bias or dynamics: expected a motor, or a servo with kp and kv of at "
+            raise self._wrong(tendon, text + "least 0")
         gear, gain = float(model.actuator_gear[motor, 0]), float(model.actuator_gainprm[motor, 0])
         low, high = -math.inf, math.inf
         ranges = (
@@ -178,7 +210,7 @@ class Cables:
                 self._unlimited.append(tendon)
                 return self._given
             also = "; or give both limits to the import (--tension MIN,MAX)"
-            if servo:
+            if servo is not None:
                 remedy = 'add forcerange="-MAX -MIN" to it, N, where its gear is 1'
                 raise self._wrong(tendon, f"its servo has no limited force, so no limited tension: {remedy}{also}")
             raise self._wrong(tendon, f"no limit of its control or force: {REMEDY}{also}")
@@ -196,11 +228,15 @@ class Cables:
         if model.tendon_stiffness[tendon].any():
             text = "it is a spring: describe it as an elastic cable, by cable.model=elastic and axial_stiffness"
             raise self._wrong(tendon, text)
-        effects = {
-            "damping": model.tendon_damping[tendon],
-            "frictionloss": model.tendon_frictionloss[tendon],
-            "armature": model.tendon_armature[tendon],
-        }
+        effects = (
+            {}
+            if tendon in self._servos
+            else {
+                "damping": model.tendon_damping[tendon],
+                "frictionloss": model.tendon_frictionloss[tendon],
+                "armature": model.tendon_armature[tendon],
+            }
+        )
         for word, value in effects.items():
             if value.any():
                 at = self._element(tendon).at
