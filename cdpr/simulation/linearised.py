@@ -1,46 +1,93 @@
-"""Slowest mode of a sampled closed loop, linearised numerically at a pose of rest."""
+"""Linearisation of a sampled closed loop at rest, by differences of its simulation.
+
+The state of the loop is what one control period passes on to the next one: the motion of the platform, the states of
+the winches, and the memory of the controller. One period maps this state to the next one, with the command held, as in
+a run. Nothing is modelled a second time: the map is that of the loop itself, with its controller, tension solver,
+winches and cables, on the backend `reference` with the integration scheme of the scenario's backend.
+"""
 
 from __future__ import annotations
 
 import math
 from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from cdpr.base.errors import CdprError
 from cdpr.log.recorder import BLOCK
-from cdpr.mechanics.body_frame import platform_state
-from cdpr.mechanics.winches import Winches
+from cdpr.mechanics.kinematics import lengths
 from cdpr.model import rotations
 from cdpr.model.robot import Array
-from cdpr.plugins import Backend
 from cdpr.scenario import Scenario
-from cdpr.scenario.motions.hold import Hold
-from cdpr.simulation.build import build
+from cdpr.simulation.build import STARTED, build
+from cdpr.simulation.columns import chosen_plugins
 from cdpr.simulation.loop import Loop
+from cdpr.simulation.loop_parts import loop_parts
+from cdpr.tension.status import Status
 
-# Steps of the central differences. The error of an eigenvalue is then below 1e-8 in one control step: the loop is
-# smooth over such steps, and round-off is smaller by seven orders.
-LENGTH = 1e-7  # of the frame's extent
-ANGLE = 1e-7  # rad
-TENSION = 1e-4  # of the highest tension limit
-OWN = 1e-6  # of an own state of a winch, or of 1 if that is larger
+EULER, RK4 = "semi_implicit_euler", "rk4"
+
+# Differences, relative to the scale of each coordinate: with a step and half of it, extrapolated. A step is reduced
+# until both agree, because cables that become slack and friction limit the range in which the loop is linear.
+STEP = 1e-4
+REDUCTIONS = 6  # each by ten
+AGREE = 1e-8  # of two differences, relative to the derivative, and to 1 if that is larger
+SMOOTH = 1e-3  # likewise; above it the map has no derivative
+CORNER = 1e-5  # difference of the derivatives to both sides, likewise; smaller ones are curvature
+REST = 1e-9  # change in a period at rest, relative to the scales
+ITERATIONS = 30  # of Newton's method for the state of rest
+FARTHEST = 0.05  # change of the platform in an iteration, relative to the scales
 
 
-def decay_rate(scenario: Scenario, pose: Array) -> float:
-    """Return the decay rate (1/s) of the slowest mode at a pose; negative for a growing mode.
+class NotLinearisedError(CdprError):
+    """Reason why a loop has no linearisation."""
 
-    Central differences of the simulation give the derivative of one control step: a map of platform, winches and
-    commands. A mode with the eigenvalue z grows if |z| > 1.
+
+@dataclass(frozen=True, eq=False)
+class Linearised:
+    """Linear map of a control period about a state of rest, xi[k + 1] = A xi[k] + B w[k], with xi = x / scale.
+
+    Attributes:
+        A: (k, k), derivative by the state.
+        corners: (k, k); the derivatives to both sides are A plus and minus this, 0 where the map is smooth. Tensions
+            have corners at symmetric poses, where other cables reach their lower limits.
+        B: (k, n), derivative by the desired pose in each degree of freedom [1/m, 1/rad].
+        plant: (j, j), derivative of one physics step of the plant with held commands, by its first j coordinates.
+        names: name of each coordinate: a degree of freedom or "winches", its rate as `x'`, "servo" or "controller".
+        scale: (k,), scales.
+        rest: (k,), state of rest; of the platform relative to the desired pose.
+        period: time between two calls of the controller [s].
+        physics_step: [s].
+        notes: facts that limit its validity.
+    """
+
+    A: Array
+    corners: Array
+    B: Array
+    plant: Array
+    names: tuple[str, ...]
+    scale: Array
+    rest: Array
+    period: float
+    physics_step: float
+    notes: tuple[str, ...]
+
+
+def linearise(scenario: Scenario, pose: Array, *, response: bool = False) -> Linearised:
+    """Linearise the loop of a scenario, without its motion and events, about its state of rest near a pose.
 
     Args:
-        scenario: scenario with cables on winches, on a backend with the attribute `winches`.
-        pose: (7,) position and attitude at rest, m; w, x, y, z.
+        scenario: the scenario.
+        pose: (7,), desired position and attitude, m; w, x, y, z.
+        response: also compute `B`, which otherwise has no columns.
 
     Raises:
+        NotLinearisedError: if the loop has a state that is not known, no state of rest, or no derivative there.
         SimulationStopped: if the loop stops at this pose.
     """
-    rest = {"position": pose[:3].tolist(), "orientation": {"quaternion": pose[3:].tolist()}}
-    held = scenario.with_changes({"trajectory": {"type": Hold().type}, "initial": rest})
+    held = _held(scenario, pose)
     with ExitStack() as opened:
         parts = build(held)
         opened.callback(parts.controller.close)
@@ -48,67 +95,256 @@ def decay_rate(scenario: Scenario, pose: Array) -> float:
         loop = Loop(parts)
         opened.callback(loop.close)
         loop.warm_up(held.initial.state())
-        largest = float(np.abs(np.linalg.eigvals(_Step(loop, held).matrix())).max())
-    return -math.log(max(largest, np.finfo(float).tiny)) / held.simulation.control_step
+        return _Period(loop, held).linearised(response)
 
 
-class _Step:
-    """One control step as a function of platform, winches and commands."""
+def decay_rate(scenario: Scenario, pose: Array) -> float:
+    """Return the decay rate (1/s) of the slowest mode at a pose; negative for a growing mode. Errors as `linearise`."""
+    found = linearise(scenario, pose)
+    largest = float(np.abs(np.linalg.eigvals(found.A)).max())
+    return -math.log(max(largest, np.finfo(float).tiny)) / found.period
+
+
+def _held(scenario: Scenario, pose: Array) -> Scenario:
+    """Return the scenario at rest at a pose, on the reference."""
+    if scenario.actuators is not None:
+        raise NotLinearisedError("the states of actuator FMUs are not known")
+    if isinstance(scenario.controller_options, STARTED):
+        raise NotLinearisedError(f"the states of the controller '{scenario.controller.type}' are not known")
+    name = scenario.simulation.backend
+    chosen = chosen_plugins(scenario)["backend"]
+    declared = chosen.properties(scenario.backend_options(name))  # type: ignore[arg-type]
+    scheme = declared.get("scheme", RK4)
+    if scheme not in (RK4, EULER) or isinstance(scenario.backend_options(name), STARTED):
+        raise NotLinearisedError(f"the plant of the backend '{name}' is not known")
+    if scenario.world.contact:
+        raise NotLinearisedError("contacts are not linear")
+    if parts := loop_parts(scenario):
+        raise NotLinearisedError(f"the states of the {parts[0].title} are not known")
+    rest = {"position": pose[:3].tolist(), "orientation": {"quaternion": pose[3:].tolist()}}
+    changes: dict[str, Any] = {"trajectory": {"type": "hold"}, "initial": rest, "simulation.backend": "reference"}
+    changes["backend_options"] = {"reference": {"scheme": scheme}}
+    if scenario.events:
+        changes["events"] = []
+    return scenario.with_changes(changes)
+
+
+class _Period:
+    """One control period as a function of the state of the loop.
+
+    The state is (position, rotation from the desired attitude, velocity, angular velocity) of the platform, in world
+    axes, the states of the winches, and the memory of the controller.
+    """
 
     def __init__(self, loop: Loop, scenario: Scenario) -> None:
-        backend = loop.parts.backend
-        winches = getattr(backend, "winches", None)
-        assert isinstance(backend, Backend)
-        assert isinstance(winches, Winches)
-        self._loop, self._backend, self._winches = loop, backend, winches
+        parts, robot = loop.parts, scenario.robot
+        self._loop, self._robot, self._backend = loop, robot, parts.backend
+        self._winches = getattr(parts.backend, "winches", None)
+        if loop.memory is None:
+            raise NotLinearisedError(f"the states of the controller '{scenario.controller.type}' are not known")
+        self._memory = [array.reshape(-1) for array in parts.controller.arrays]  # type: ignore[attr-defined]
+        self._calls, self._used = loop.calls.period, STEP
+        self._pose = scenario.initial.state()[:7]
         loop.begin(np.zeros((BLOCK, len(loop.row))), BLOCK)
-        loop.decide()
-        loop.advance()
-        self._start = loop.snapshot()
-        loop.decide()
-        self._attitude = winches.body[3:7].copy()
-        free, stretching, turning = np.flatnonzero(winches.free), winches.stretching, winches.per_turn
-        unwound = winches.places[stretching]
-        robot, step = scenario.robot, scenario.simulation.control_step
-        m = robot.m
-        length = LENGTH * float(np.linalg.norm(np.ptp(robot.anchors[:, :3], axis=0)))
-        poses = np.where(np.arange(6) < 3, length, ANGLE)
-        drums = length / np.where(turning > 0.0, turning, 1.0) / step
-        states = OWN * np.maximum(np.abs(winches.state), 1.0)
-        states[unwound], states[unwound + 1] = length, drums[stretching]
-        self._sizes = np.concatenate([poses, poses / step, states, np.full(m, TENSION * robot.tension_max.max())])
-        own = np.setdiff1d(np.arange(len(states)), [unwound, unwound + 1])
-        winch = 12 + np.concatenate([unwound, unwound + 1, own])
-        self._moving = np.concatenate([free, 6 + free, winch, 12 + len(states) + np.arange(m)])
+        self._advance()
+        self._place = loop.pipeline.place
+        winches = () if self._winches is None else self._winches.arrays
+        kept = {id(array) for array in (parts.backend.command, parts.backend.external, *winches)}
+        motion = {id(array) for array in parts.backend.arrays} - kept  # type: ignore[attr-defined]
+        self._kept = [(array.copy(), array) for array in loop.memory if id(array) not in motion]
+        w, x, y, z = rotations.conjugate(self._pose[3:])
+        # the product of quaternions q conj(q0) as a matrix on q
+        self._back = np.array([[w, -x, -y, -z], [x, w, z, -y], [y, -z, w, x], [z, y, -x, w]])
+        self._step = scenario.simulation.physics_step
+        self._period = self._calls * parts.control_step
+        size = float(lengths(robot, scenario.initial.state()).max())
+        pose = np.where(np.arange(6) < 3, size, 1.0)
+        self._free = np.array([*robot.rows, *(6 + row for row in robot.rows)])
+        states, kinds = self._winch_coordinates(size)
+        memory = [np.maximum(np.abs(array), 1.0) for array in self._memory]
+        own = sum(map(len, memory))
+        self.scale = np.concatenate([pose[[*robot.rows]], pose[[*robot.rows]] / self._period, states, *memory])
+        self.names = (*robot.dof, *(f"{name}'" for name in robot.dof), *kinds, *["controller"] * own)
+        self._plant = len(self._free) + len(states)
 
-    def matrix(self) -> Array:
-        """Return the derivative of the step, in units of the differences."""
-        sizes = self._sizes[self._moving]
-        columns = [self._after(i, size) - self._after(i, -size) for i, size in zip(self._moving, sizes, strict=True)]
-        return np.asarray(np.array(columns).T[self._moving] / (2.0 * sizes[:, None]))
+    def _winch_coordinates(self, size: float) -> tuple[Array, list[str]]:
+        """Return scales and names of the states of the winches; `size` is that of the cables, m."""
+        scales, names = np.maximum(np.abs(self._winch), 1.0), ["servo"] * len(self._winch)
+        if self._winches is not None:
+            places = self._winches.places
+            turns = np.where(self._winches.per_turn > 0.0, self._winches.per_turn, 1.0)
+            for first, end, turn in zip(places[:-1], places[1:], turns, strict=True):
+                if end > first:
+                    scales[first], names[first] = size, "winches"
+                if end > first + 1:
+                    scales[first + 1], names[first + 1] = size / turn / self._period, "winches'"
+        return scales, names
 
-    def _after(self, i: int, size: float) -> Array:
-        """Return platform, winches and commands one step after a change of coordinate i."""
-        self._loop.restore(self._start)
-        self._loop.decide()
-        self._change(i, size)
-        self._loop.advance()
-        self._loop.decide()
-        body = self._winches.body
-        turned = rotations.rotation_vector(rotations.multiply(body[3:7], rotations.conjugate(self._attitude)))
-        return np.concatenate([body[:3], turned, body[7:], self._winches.state, self._loop.tension])
+    @property
+    def _winch(self) -> Array:
+        return np.zeros(0) if self._winches is None else self._winches.state
 
-    def _change(self, i: int, size: float) -> None:
-        body, winch = self._winches.body, self._winches.state
-        if i < 3:
-            body[i] += size
-        elif i < 6:
-            turn = rotations.from_axis_angle(np.eye(3)[i - 3], size)
-            body[3:7] = rotations.multiply(turn, body[3:7])
-        elif i < 12:
-            body[i + 1] += size
-        elif i < 12 + len(winch):
-            winch[i - 12] += size
+    def linearised(self, response: bool) -> Linearised:
+        """Find the state of rest, and linearise about it."""
+        x, A, before = self._state() / self.scale, np.zeros((0, 0)), np.inf
+        for _ in range(ITERATIONS):
+            here = self._after(x)
+            moved = here - x
+            now = float(np.abs(moved).max())
+            if now <= REST:
+                break
+            if now > 0.1 * before or not len(A):  # a derivative serves several iterations
+                A, _ = self._derivative(self._after, x, here)
+            before = now
+            change = np.linalg.lstsq(np.eye(len(x)) - A, moved, rcond=1e-9)[0]
+            n = self._robot.n
+            x = x + change * min(1.0, FARTHEST / max(float(np.abs(change[:n]).max()), FARTHEST))
         else:
-            self._loop.tension[i - 12 - len(winch)] += size
-        self._backend.state[:] = platform_state(self._winches.offset, body)
+            self._check_status()
+            raise NotLinearisedError("no state of rest was found near this pose")
+        notes = self._notes()
+        A, corners = self._derivative(self._after, x, here)
+        none = np.zeros(self._robot.n)
+        B = np.zeros((len(x), 0))
+        if response:
+            B, _ = self._derivative(lambda w: self._after(x, w), none, here)
+        plant, count = np.zeros((0, 0)), self._plant
+        if self._winches is not None:
+            after = self._after_plant(x)
+            plant, _ = self._derivative(lambda p: self._after_plant(np.append(p, x[count:])), x[:count], after)
+        rest = x * self.scale
+        rest[: self._robot.n] -= np.concatenate([self._pose[:3], np.zeros(3)])[list(self._robot.rows)]
+        period, step = self._period, self._step
+        # a memory that the loop never changes, such as an integral with the gain 0, is no mode
+        own = [j for j, name in enumerate(self.names) if name in ("servo", "controller")]
+        constant = [j for j in own if not corners[j].any() and np.allclose(A[j], np.eye(len(x))[j], 0.0, AGREE)]
+        kept = np.setdiff1d(np.arange(len(x)), constant)
+        both, first = np.ix_(kept, kept), kept[kept < len(plant)]
+        names = tuple(self.names[j] for j in kept)
+        plant = plant[np.ix_(first, first)]
+        return Linearised(
+            A[both], corners[both], B[kept], plant, names, self.scale[kept], rest[kept], period, step, notes
+        )
+
+    def _derivative(self, function: Any, x: Array, here: Array) -> tuple[Array, Array]:
+        """Return the derivative of a function at x by extrapolated central differences, and its corners.
+
+        The derivatives to both sides are the first plus and minus the second.
+
+        Raises:
+            NotLinearisedError: if there is none.
+        """
+        columns = [self._column(function, x, here, j) for j in range(len(x))]
+        slopes, corners = (np.array(each).reshape(len(x), len(here)).T for each in zip(*columns, strict=True))
+        return slopes, corners
+
+    def _column(self, function: Any, x: Array, here: Array, j: int) -> tuple[Array, Array]:
+        """Return the mean derivative by coordinate j, and half the difference of those to both sides."""
+        best, found, corner = np.inf, here, here
+        used = step = min(STEP, 10.0 * self._used)  # the ranges of neighbours are similar
+        for _ in range(REDUCTIONS):
+            up, down = self._sides(function, x, j, step)
+            near, far = self._sides(function, x, j, 0.5 * step)
+            whole, half = (up - down) / (2.0 * step), (near - far) / step
+            size = max(1.0, float(np.abs(half).max()))
+            apart = float(np.abs(whole - half).max()) / size
+            if apart < best:
+                best, found, used, corner = apart, (4.0 * half - whole) / 3.0, step, (up + down - 2.0 * here) / step
+            if best <= AGREE:
+                break
+            step *= 0.1
+        self._used = used
+        if best > SMOOTH:
+            raise NotLinearisedError(
+                "the loop is not linear at rest: a cable becomes slack there, a limit is reached, or friction or a "
+                "resolution acts"
+            )
+        if np.abs(corner).max() > CORNER * size:  # or a curve, which vanishes with the step
+            up, down = self._sides(function, x, j, 0.01 * used)
+            corner = (up + down - 2.0 * here) / (0.01 * used)
+        return found, np.where(np.abs(corner) > CORNER * size, 0.5 * corner, 0.0)
+
+    @staticmethod
+    def _sides(function: Any, x: Array, j: int, step: float) -> tuple[Array, Array]:
+        """Return the function before and behind x, along coordinate j."""
+        unit = np.zeros(len(x))
+        unit[j] = step
+        return function(x + unit), function(x - unit)
+
+    def _after(self, x: Array, shift: Array | None = None) -> Array:
+        """Return the state after a period, in the scales; `shift` (n,) is that of the desired pose."""
+        self._put(x * self.scale)
+        self._loop.observe()
+        if shift is not None:
+            full = np.zeros(6)
+            full[list(self._robot.rows)] = shift
+            self._loop.desired[:3] = self._pose[:3] + full[:3]
+            self._loop.desired[3:7] = rotations.multiply(_turn(full[3:]), self._pose[3:])
+        self._advance()
+        return np.asarray(self._state() / self.scale)
+
+    def _after_plant(self, x: Array) -> Array:
+        """Return the state of the plant after a physics step with the commands at rest, in the scales."""
+        self._put(x * self.scale)
+        self._backend.step(1)
+        return np.asarray((self._state() / self.scale)[: self._plant])
+
+    def _advance(self) -> None:
+        for _ in range(self._calls):
+            self._loop.decide()
+            self._loop.advance()
+
+    def _state(self) -> Array:
+        state = self._backend.state
+        motion = np.concatenate([state[:3], _rotation_vector(self._back @ state[3:7]), state[7:]])
+        return np.concatenate([motion[self._free], self._winch, *self._memory])
+
+    def _put(self, x: Array) -> None:
+        """Set the state of the loop; all else is as after the first period."""
+        motion = np.concatenate([self._pose[:3], np.zeros(9)])
+        motion[self._free] = x[: len(self._free)]
+        attitude = self._pose[3:]
+        if motion[3:6].any():
+            attitude = rotations.multiply(_turn(motion[3:6]), attitude)
+        self._backend.reset(np.concatenate([motion[:3], attitude, motion[6:]]))
+        for copy, array in self._kept:
+            array[:] = copy
+        self._loop.pipeline.place = self._place
+        at = len(self._free)
+        for array in (self._winch, *self._memory):
+            array[:] = x[at : at + len(array)]
+            at += len(array)
+
+    def _check_status(self) -> None:
+        self._loop.decide()
+        if Status(int(self._loop.stage.live.report[0])) is not Status.OK:
+            raise NotLinearisedError("no tensions within their limits exert the commanded wrench at rest at this pose")
+
+    def _notes(self) -> tuple[str, ...]:
+        """Return facts about cables and commands at rest, of the last period."""
+        loop, robot = self._loop, self._robot
+        self._check_status()
+        report, notes = loop.stage.live.report, []
+        highest = float(robot.tension_max[np.isfinite(robot.tension_max)].max(initial=1.0))
+        if self._winches is not None and robot.unilateral:
+            slack = self._winches.tension <= 1e-9 * highest
+            names = [cable.name for cable, is_slack in zip(robot.cables, slack, strict=True) if is_slack]
+            if names:
+                notes.append(f"slack at rest, without stiffness: {', '.join(names)}")
+        if loop.parts.output == "command" and int(report[3]):
+            notes.append(f"commands at a limit of the tension at rest, without feedback: {int(report[3])}")
+        return tuple(notes)
+
+
+def _rotation_vector(q: Array) -> Array:
+    """Return the rotation vector (3,), rad, of a quaternion w, x, y, z of a rotation below half a turn."""
+    sine = math.sqrt(q[1:] @ q[1:])
+    half = math.atan2(sine, q[0])
+    return np.asarray(q[1:] * (2.0 * half / sine if sine > 0.0 else 2.0))
+
+
+def _turn(vector: Array) -> Array:
+    """Return the quaternion of a rotation vector (3,), rad."""
+    angle = float(np.linalg.norm(vector))
+    axis = vector / angle if angle > 0.0 else np.array([1.0, 0.0, 0.0])
+    return rotations.from_axis_angle(axis, angle)

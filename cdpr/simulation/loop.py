@@ -111,7 +111,7 @@ class Loop:
         """
         parts = self.parts
         try:
-            self._first()
+            self.observe()
             self.sample(0.0)
             if "controller" not in parts.live:
                 self._try_control()
@@ -158,7 +158,7 @@ class Loop:
         self.write_to(rows)
         self.last = last
         self.pipeline.place = 0, 0, 0.0, 0
-        self._first()
+        self.observe()
         if self.winding.needs_start:
             stage = self.stage_of("wrench")
             assert isinstance(stage, TensionStage)
@@ -387,7 +387,8 @@ class Loop:
         for pipeline in self._pipelines():
             pipeline.refresh()
 
-    def _first(self) -> None:
+    def observe(self) -> None:
+        """Observe the plant as in the first sample."""
         self.state[:] = self.parts.backend.state
         perform(self._looking_first)
 

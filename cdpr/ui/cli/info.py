@@ -28,20 +28,28 @@ if TYPE_CHECKING:
 def command(
     file: str, pose: str | None, changes: tuple[str, ...], out: str | None, force: bool, strict: bool, as_json: bool
 ) -> None:
-    """Analyse a robot at a pose, and the motion of a scenario.
+    """Analyse a robot at a pose, and the motion and the closed loop of a scenario.
 
     The default of --pose is the robot's home, or the scenario's initial pose. A motion is evaluated by inverse
-    kinematics and dynamics, without simulation. Tensions are those of the solver qp, of minimum 2-norm.
+    kinematics and dynamics, without simulation. Tensions are those of the solver qp, of minimum 2-norm. The closed loop
+    (controller, solver, winches and cables) is linearised at rest at the pose: poles, damping and bandwidth.
     """
     if out is not None:
         require_new_in(out, ("info.json", "robot.svg"), force)
     loaded = load_with_warnings(file, changes, strict=strict)
     # imported only after the file is valid, because it is slow
+    from cdpr.scenario import Scenario
     from cdpr.ui.cli.pose_option import pose_and_gravity
     from cdpr.ui.report.text.description import lines
     from cdpr.ui.report.view import analysed
 
-    figures, scene, _ = analysed(loaded, *pose_and_gravity(loaded, pose)[1:])
+    gravity, at, source = pose_and_gravity(loaded, pose)[1:]
+    figures, scene, _ = analysed(loaded, gravity, at, source)
+    if isinstance(loaded, Scenario):
+        from cdpr.log.run_json import to_json
+        from cdpr.simulation.poles import closed_loop
+
+        figures["closed_loop"] = to_json(closed_loop(loaded, at))
     if as_json:
         click.echo(json.dumps(figures, indent=2, allow_nan=False))
     else:

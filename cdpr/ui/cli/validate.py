@@ -27,7 +27,7 @@ def command(files: tuple[str, ...], changes: tuple[str, ...], strict: bool, as_j
     """Check scenario and robot files.
 
     The command shows all problems of all FILES with their positions, and warnings about suspicious values, such as
-    sizes that seem to be in millimetres. It does not simulate.
+    sizes that seem to be in millimetres, unstable control loops and too long control steps. It does not simulate.
     """
     rows: list[dict[str, Any]] = []
     codes: set[ExitCode] = set()
@@ -63,16 +63,23 @@ def _facts(file: str, changes: tuple[str, ...], *, strict: bool) -> tuple[dict[s
     notes: list[str] = []
     warnings: list[Problem] = []
     loaded = load_any(file, overrides=changes, notes=notes, warnings=warnings)
-    warned = judged(warnings, strict=strict)
     robot = loaded.robot if isinstance(loaded, Scenario) else loaded
     if few := few_cables(robot):
         notes.append(f"{click.format_filename(file)}: note: {few}")
+    loop: dict[str, Any] = {}
+    if isinstance(loaded, Scenario):
+        judged(warnings, strict=strict)
+        _require_buildable(loaded)
+        from cdpr.simulation.loop_problems import loop_problems
+
+        loop["closed_loop"], found = loop_problems(loaded)
+        warnings += [Problem(loaded.mark(*path), path, text) for path, text in found]
+    warned = judged(warnings, strict=strict)
     rows = [warning.as_dict() for warning in warnings]
     facts = {"notes": notes, "warnings": rows}
     reported = {warning["key"] for warning in rows}
     if not isinstance(loaded, Scenario):
         return {"kind": "robot", "name": robot.name, "cables": robot.m, **facts}, warned
-    _require_buildable(loaded)
     row = {
         "kind": "scenario",
         "name": loaded.name,
@@ -80,6 +87,7 @@ def _facts(file: str, changes: tuple[str, ...], *, strict: bool) -> tuple[dict[s
         "duration": loaded.simulation.duration,
         **({"believed": loaded.nominal_differences} if loaded.nominal_differences else {}),
         "unused": [key for key in loaded.unused if key not in reported],
+        **loop,
         **facts,
     }
     return row, warned

@@ -16,7 +16,7 @@ PAGE = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
 SECTION = PAGE[PAGE.index("## Figures of a robot and a motion") :]
 CODE = SECTION[SECTION.index("```python\n") + 10 : SECTION.index("\n```\n")]
 ROWS = dict(re.findall(r"^\| `([a-z]+\.[\w.\[\]]+)` \| `(.+)` \|$", SECTION, re.MULTILINE))
-WHOLE = ("least", "tools_m", "shape_m", "believed")  # figures that are dicts themselves
+WHOLE = ("least", "tools_m", "shape_m", "believed", "bandwidth_Hz")  # figures that are dicts themselves
 
 
 def leaves(figures, name=""):

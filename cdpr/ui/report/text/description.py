@@ -7,6 +7,7 @@ from typing import Any
 
 from cdpr.mechanics.contacts import passing
 from cdpr.ui.report.text.aligned import condition_number, row, table, turned, unrounded, vector
+from cdpr.ui.report.text.closed_loop import closed_loop_lines
 from cdpr.ui.report.text.distributions import highest
 from cdpr.ui.report.text.least import least_of
 
@@ -33,7 +34,7 @@ ROUND_OFF = 1e-12
 
 
 def lines(figures: dict[str, Any]) -> Iterator[str]:
-    """Yield the lines of `robot`, `pose` and, if present, `motion`."""
+    """Yield the lines of `robot`, `pose` and, if present, `motion` and `closed_loop`."""
     robot, pose = figures["robot"], figures["pose"]
     platform = robot["platform"]
     yield robot["name"]
@@ -79,6 +80,8 @@ def lines(figures: dict[str, Any]) -> Iterator[str]:
     yield from _cables(robot["cables"], pose)
     if "motion" in figures:
         yield from _motion(figures["motion"], robot["dof"])
+    if "closed_loop" in figures:
+        yield from closed_loop_lines(figures["closed_loop"])
 
 
 def _cables(cables: list[dict[str, Any]], pose: dict[str, Any]) -> Iterator[str]:

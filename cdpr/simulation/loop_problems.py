@@ -1,0 +1,129 @@
+"""Warnings about unstable and under-sampled loops of a scenario, with remedies that were tried."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from cdpr.base.errors import CdprError
+from cdpr.base.problems import Path
+from cdpr.model.robot import Array
+from cdpr.scenario import Scenario
+from cdpr.simulation.linearised import linearise
+from cdpr.simulation.poles import UNDECIDED, UNSTABLE, pole_text, poles, sampling, verdict
+
+HALVINGS = 6  # of a bandwidth, in trials of remedies
+GROWN = math.log(10.0)
+
+# Powers of the bandwidth to which gains of the controllers are proportional.
+POWERS = {"kp": 2, "kd": 1, "ki": 3}
+SERVO_GAINS = "position_gain", "velocity_gain"
+
+
+def loop_problems(scenario: Scenario) -> tuple[str, list[tuple[Path, str]]]:
+    """Return the verdict on the loop at the start and at the end of the motion, and warnings with their keys.
+
+    The verdict is that of `cdpr.simulation.poles.verdict`, the worse of both, or the reason why there is none.
+    """
+    found: dict[Path, str] = {}
+    known = "stable"
+    for where, pose in rest_poses(scenario).items():
+        try:
+            loop = linearise(scenario, pose)
+        except CdprError as error:
+            return f"not computed: {error}", list(found.items())
+        here = verdict(loop)
+        known = here if here != "stable" else known
+        worst = poles(loop)[0] if len(loop.A) else None
+        if worst is not None and worst.value.real > 0.0 and here in (UNSTABLE, UNDECIDED):
+            be = "is" if here == UNSTABLE else "may be"
+            mode = f"{_growth(worst.value)} and moves {', '.join(worst.moves)}"
+            text = f"the closed loop {be} unstable at rest at the {where}: {mode}; {_remedies(scenario, pose)}"
+            found.setdefault(("controller",), text)
+        for path, text in sampling(loop, scenario):
+            found.setdefault(path, text)
+        if here == UNSTABLE:
+            break
+    return known, list(found.items())
+
+
+def rest_poses(scenario: Scenario) -> dict[str, Array]:
+    """Return the poses (7,) at which the motion starts and ends, without a repetition."""
+    start, desired = scenario.initial.state()[:7], np.zeros(19)
+    scenario.desired.sampler(desired)(scenario.simulation.duration)
+    still = np.abs(desired[7:13]).max() < 1e-9
+    if not still or np.allclose(start, desired[:7], 0.0, 1e-9):
+        return {"initial pose": start}
+    return {"initial pose": start, "end of the motion": desired[:7]}
+
+
+def _growth(pole: complex) -> str:
+    tenfold = f"({pole_text(pole)}) grows tenfold in {GROWN / pole.real:.2g} s"
+    return f"a vibration of {pole.imag / (2.0 * math.pi):.3g} Hz {tenfold}" if pole.imag else f"a motion {tenfold}"
+
+
+def _remedies(scenario: Scenario, pose: Array) -> str:
+    """Return changes with which the loop is stable at the pose, each the smallest of its kind."""
+    kinds = _gains(scenario), _steps(scenario), _damping(scenario), _servos(scenario)
+    working = [text for kind in kinds if (text := _first(scenario, pose, kind))]
+    if not working:
+        return "no stable gains were found: give more robot.cable.damping, or friction to robot.winch"
+    return f"it is stable with {', or with '.join(working)}"
+
+
+def _first(scenario: Scenario, pose: Array, kind: Iterator[Mapping[str, Any]]) -> str:
+    for changes in kind:
+        try:
+            stable = verdict(linearise(scenario.with_changes(changes), pose)) == "stable"
+        except CdprError:
+            continue
+        if stable:
+            return " and ".join(f"{key} {_number(value)}" for key, value in changes.items())
+    return ""
+
+
+def _gains(scenario: Scenario) -> Iterator[Mapping[str, Any]]:
+    """Yield lower gains of the controller, each time half the bandwidth."""
+    options = scenario.controller_options
+    own = {key: getattr(options, key) for key in POWERS if np.any(getattr(options, key, 0.0))}
+    for halving in range(1, (HALVINGS if own else 0) + 1):
+        share = {key: 0.5 ** (halving * POWERS[key]) for key in own}
+        yield {f"controller.{key}": _scaled(value, share[key]) for key, value in own.items()}
+
+
+def _scaled(value: Any, factor: float) -> Any:
+    return [factor * each for each in value] if isinstance(value, list | tuple) else factor * value
+
+
+def _steps(scenario: Scenario) -> Iterator[Mapping[str, Any]]:
+    """Yield shorter control steps."""
+    simulation = scenario.simulation
+    for factor in (2, 4, 8):
+        step = simulation.control_step / factor
+        shorter = {} if simulation.physics_step <= step else {"simulation.physics_step": step}
+        yield {"simulation.control_step": step, **shorter}
+
+
+def _damping(scenario: Scenario) -> Iterator[Mapping[str, Any]]:
+    """Yield more damping of the cables."""
+    if scenario.ideal_cables:
+        return
+    least = max(max(cable.damping for cable in scenario.robot.cables), 1.0)
+    for factor in (2.0, 5.0, 10.0, 50.0):
+        yield {"robot.cable.damping": float(f"{factor * least:.2g}")}
+
+
+def _servos(scenario: Scenario) -> Iterator[Mapping[str, Any]]:
+    """Yield lower gains of the servos."""
+    winch = scenario.robot.cables[0].winch
+    for key in SERVO_GAINS:
+        value = float(getattr(winch, key, 0.0))
+        for halving in range(1, 5 if value else 1):
+            yield {f"robot.winch.{key}": value * 0.5**halving}
+
+
+def _number(value: Any) -> str:
+    return f"[{', '.join(f'{each:.4g}' for each in value)}]" if isinstance(value, list) else f"{value:.4g}"

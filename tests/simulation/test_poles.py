@@ -1,0 +1,245 @@
+"""Poles of linearised loops against models written here, and against runs."""
+
+from __future__ import annotations
+
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from command_line import cdpr_here
+from conftest import ROOT
+from scipy.linalg import expm
+
+import cdpr
+from cdpr.base.errors import CdprError
+from cdpr.simulation.linearised import NotLinearisedError, linearise
+from cdpr.simulation.loop_problems import loop_problems
+from cdpr.simulation.poles import bandwidths, closed_loop, plant_poles, poles, verdict
+
+SCENARIOS = ROOT / "scenarios"
+HEIGHT, MASS, G = 3.0, 10.0, 9.81
+
+
+def crane(control_step=0.004, physics_step=0.001, controller=None, cable=None, winch=None, below=False):
+    """Return a platform that moves along z below one vertical cable, or between two."""
+    ends = [HEIGHT, 0.0] if below else [HEIGHT]
+    data = {
+        "robot": {
+            "name": "crane",
+            "dof": ["z"],
+            "platform": {"mass": MASS},
+            "tension": {"min": 1.0 if below else 0.0, "max": 1e5},
+            "home": {"position": [0.0, 0.0, 1.0]},
+            "cables": [{"frame": [0.0, 0.0, end], "platform": [0.0, 0.0, 0.0]} for end in ends],
+        },
+        "simulation": {
+            "backend": "reference",
+            "duration": 1.0,
+            "control_step": control_step,
+            "physics_step": physics_step,
+        },
+        "trajectory": {"type": "hold"},
+        "controller": controller or {"type": "computed_torque", "kp": 100.0, "kd": 10.0},
+    }
+    if cable:
+        data["robot"] |= {"cable": cable, "winch": winch}
+    return cdpr.load_scenario(data)
+
+
+def at_start(scenario, **more):
+    return linearise(scenario, scenario.initial.state()[:7], **more)
+
+
+def same_poles(found, expected):
+    """Compare two sets of poles, each with its nearest of the other."""
+    ours = np.array([pole.value for pole in found])
+    assert len(ours) == len(expected)
+    for one in expected:
+        k = int(np.argmin(np.abs(ours - one)))
+        assert abs(ours[k] - one) <= 1e-6 * abs(one)
+        ours = np.delete(ours, k)
+
+
+@pytest.mark.parametrize("below", [False, True])
+@pytest.mark.parametrize(("kp", "kd"), [(100.0, 10.0), (400.0, 6.0), (2500.0, 150.0)])
+def test_computed_torque_on_ideal_cables(kp, kd, below):
+    """The plant is a double integrator; its acceleration -kp e - kd e' is held over a control step."""
+    h = 0.004
+    loop = at_start(crane(h, controller={"type": "computed_torque", "kp": kp, "kd": kd}, below=below), response=True)
+    held = np.array([[1.0, h], [0.0, 1.0]]) - np.array([[0.5 * h * h], [h]]) @ np.array([[kp, kd]])
+    same_poles(poles(loop), np.log(np.linalg.eigvals(held).astype(complex)) / h)
+    assert verdict(loop) == "stable"
+    fast = at_start(crane(1e-4, 1e-4, controller={"type": "computed_torque", "kp": kp, "kd": kd}), response=True)
+    for pole, exact in zip(poles(fast), sorted(np.roots([1.0, kd, kp]), key=lambda s: (-s.real, -s.imag)), strict=True):
+        assert abs(pole.value - exact) <= 0.02 * abs(exact)  # those of s^2 + kd s + kp, for short steps
+    ratio = kd / (2.0 * math.sqrt(kp))
+    if ratio < 1.0:
+        assert poles(fast)[0].damping == pytest.approx(ratio, abs=0.01)
+        assert poles(fast)[0].frequency == pytest.approx(math.sqrt(kp) / (2.0 * math.pi), rel=0.01)
+    a = 1.0 - 2.0 * ratio**2  # 3 dB below: (1 - x)^2 + (2 zeta)^2 x = 2, with x = (w / w0)^2
+    band = math.sqrt(kp * (a + math.sqrt(a * a + 1.0))) / (2.0 * math.pi)
+    assert bandwidths(fast)[0] == pytest.approx(band, rel=0.02)
+
+
+def test_too_long_control_steps_are_unstable():
+    """A damping gain is stable up to kd h = 2 without kp."""
+    for kd, expected in ((480.0, "stable"), (520.0, "unstable")):
+        scenario = crane(0.004, controller={"type": "computed_torque", "kp": 1.0, "kd": kd})
+        assert verdict(at_start(scenario)) == expected
+    known, found = loop_problems(scenario)
+    assert known == "unstable"
+    path, text = found[0]
+    assert path == ("controller",)
+    assert "controller.kp 0.25 and controller.kd 260" in text
+    assert "simulation.control_step 0.002" in text
+
+
+EA, DAMPING, RADIUS, INERTIA, FRICTION = 2e4, 50.0, 0.05, 0.002, 0.01
+
+
+def drum_model(kp, kd, h, damping=DAMPING):
+    """Return poles of platform, drum and spring: z, v, l0, w, with the command held over h; independent of cdpr."""
+    length = HEIGHT - 1.0
+    l0 = length / (1.0 + MASS * G / EA)
+    k, k0 = EA / l0, EA * length / l0**2
+    pull = np.array([-k, -damping, -k0, damping * RADIUS])  # change of the tension
+    A = np.zeros((4, 4))
+    A[0, 1], A[1], A[2, 3] = 1.0, pull / MASS, -RADIUS
+    A[3] = -RADIUS * pull / INERTIA
+    A[3, 3] -= FRICTION / INERTIA
+    both = np.zeros((5, 5))
+    both[:4, :4], both[3, 4] = A, RADIUS / INERTIA
+    step = expm(both * h)
+    gains = MASS * np.array([kp, kd, 0.0, 0.0])
+    return np.log(
+        np.linalg.eigvals(step[:4, :4] - np.outer(step[:4, 4], gains)).astype(complex)
+    ) / h, np.linalg.eigvals(A)
+
+
+@pytest.mark.parametrize(("kp", "kd"), [(100.0, 10.0), (25.0, 10.0), (900.0, 60.0)])
+def test_drum_and_spring(kp, kd):
+    h = 0.002
+    scenario = crane(
+        h,
+        1e-4,
+        controller={"type": "computed_torque", "kp": kp, "kd": kd},
+        cable={"model": "elastic", "axial_stiffness": EA, "damping": DAMPING},
+        winch={"drum_radius": RADIUS, "inertia": INERTIA, "viscous_friction": FRICTION},
+    )
+    loop = at_start(scenario)
+    expected, plant = drum_model(kp, kd, h)
+    same_poles(poles(loop), expected)
+    growing = expected.real.max() > 0.0
+    assert verdict(loop) == ("unstable" if growing else "stable")
+    ours = plant_poles(loop)  # platform and winch also have neutral motions, which are badly conditioned
+    fastest = max(plant, key=abs)
+    assert min(abs(ours - fastest)) <= 1e-6 * abs(fastest)
+
+
+def test_pid_and_its_integral():
+    h, kp, kd, ki = 0.004, 100.0, 15.0, 200.0
+    loop = at_start(crane(h, controller={"type": "pid", "kp": kp, "kd": kd, "ki": ki}))
+    # z, v, and the sum of -ki h z, which includes the present sample
+    feed = np.array([-kp - ki * h, -kd, 1.0])
+    held = np.array([[1.0, h, 0.0], [0.0, 1.0, 0.0], [-ki * h, 0.0, 1.0]])
+    held[:2] += np.outer([0.5 * h * h, h], feed)
+    same_poles(poles(loop), np.log(np.linalg.eigvals(held).astype(complex)) / h)
+
+
+def test_poles_are_those_of_small_differences_of_runs():
+    """Errors of a run near rest are the powers of the linear map."""
+    scenario = cdpr.load_scenario(SCENARIOS / "cogiro.yaml", overrides={"trajectory": {"type": "hold"}})
+    loop = at_start(scenario)
+    pushed = {"initial.velocity": [1e-5, 2e-5, -1e-5], "simulation.duration": 0.05}
+    still = {"simulation.duration": 0.05}
+    runs = [cdpr.simulate(scenario, overrides=changes) for changes in (pushed, still)]
+    moved = runs[0].position - runs[1].position
+    x = np.zeros(12)
+    x[6:9] = np.array([1e-5, 2e-5, -1e-5]) / loop.scale[6:9]
+    power = np.linalg.matrix_power(loop.A, len(moved) - 1) @ x
+    assert moved[-1] == pytest.approx(power[:3] * loop.scale[:3], rel=1e-4)
+
+
+def test_camera_robot_rests_below_its_target():
+    figures = closed_loop(scenario := cdpr.load_scenario(SCENARIOS / "camera_robot.yaml"), scenario.initial.state()[:7])
+    run = cdpr.simulate(scenario, overrides={"trajectory": {"type": "hold"}, "simulation.duration": 10.0})
+    assert figures["verdict"] == "stable"
+    assert figures["rest_offset_m"] == pytest.approx(
+        np.linalg.norm(run.position[-1] - run.desired_position[-1]), abs=1e-6
+    )
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("remote_controller", "controller 'remote'"),
+        ("remote_plant", "backend 'remote'"),
+        ("winch_fmu", "actuator FMUs"),
+        ("thesis", "no tensions within their limits"),
+    ],
+)
+def test_loops_without_a_linearisation_report_the_reason(name, reason):
+    scenario = cdpr.load_scenario(SCENARIOS / f"{name}.yaml")
+    with pytest.raises(NotLinearisedError, match=reason):
+        at_start(scenario)
+    assert reason in closed_loop(scenario, scenario.initial.state()[:7])["problem"]
+    known, found = loop_problems(scenario)
+    assert known.startswith("not computed: ")
+    assert not found
+
+
+def test_slack_cables_are_reported():
+    """Above the upper anchor's reach, the lower cable hangs loose."""
+    cable = {"model": "elastic", "axial_stiffness": EA, "damping": DAMPING}
+    winch = {"type": "position"}
+    scenario = crane(controller={"type": "inverse_kinematics", "pretension": 1.0}, cable=cable, winch=winch, below=True)
+    loop = at_start(scenario)
+    assert loop.notes == ("slack at rest, without stiffness: cable_2",)
+
+
+def test_the_physics_step_and_the_control_step_are_checked():
+    cable = {"model": "elastic", "axial_stiffness": 2e5, "damping": 5.0}
+    winch = {"drum_radius": RADIUS, "inertia": 2e-4}
+    scenario = crane(
+        0.02, 0.001, controller={"type": "computed_torque", "kp": 1.0, "kd": 2.0}, cable=cable, winch=winch
+    )
+    found = dict(loop_problems(scenario)[1])
+    assert "less than twice in a period" in found["simulation", "control_step"]
+    stiff = {"type": "velocity", "drum_radius": RADIUS, "inertia": 2e-3, "velocity_gain": 4.0}
+    scenario = crane(0.02, 0.001, controller={"type": "inverse_kinematics"}, cable=cable, winch=stiff)
+    found = dict(loop_problems(scenario)[1])
+    assert list(found) == [("simulation", "physics_step")]
+    assert "lower gains of the servos" in found["simulation", "physics_step"]
+
+
+def test_examples_are_stable():
+    for name in ("caroca", "planar", "hangprinter"):
+        assert loop_problems(cdpr.load_scenario(SCENARIOS / f"{name}.yaml")) == ("stable", [])
+
+
+def test_commands_report_poles(tmp_path):
+    (tmp_path / "s.yaml").write_text(
+        crane(controller={"type": "computed_torque", "kp": 1.0, "kd": 520.0}).resolved_yaml()
+    )
+    checked = cdpr_here("validate", "s.yaml", cwd=tmp_path)
+    assert "s.yaml: ok" in checked.stdout
+    assert "controller: the closed loop is unstable at rest at the initial pose" in checked.stderr
+    shown = cdpr_here("info", "s.yaml", cwd=tmp_path).stdout
+    assert "verdict              UNSTABLE: a mode grows" in shown
+
+
+def test_validate_loads_no_engine():
+    slow = ("scipy", "matplotlib", "mujoco", "pybullet", "dartpy")
+    code = (
+        "import atexit, sys; from cdpr.ui.cli import main;"
+        f"atexit.register(lambda: print([*{set(slow)!r} & set(sys.modules)], file=sys.stderr)); main()"
+    )
+    words = ["validate", str(SCENARIOS / "caroca.yaml"), "--set", "simulation.backend=mujoco"]
+    done = subprocess.run([sys.executable, "-c", code, *words], capture_output=True, text=True, check=True)
+    assert done.stderr.endswith("[]\n")
+
+
+def test_errors_are_those_of_cdpr():
+    assert issubclass(NotLinearisedError, CdprError)
