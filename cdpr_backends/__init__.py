@@ -16,6 +16,8 @@ from cdpr.plugins import FileName, PluginInfo, PluginOptions, hookimpl
 ALL_EXITS = tuple(EXITS)
 OUR_CABLES = {"cable_models": tuple(MODELS), "exits": ALL_EXITS}  # tendons and legs support none
 
+FEATURES = ("moving_anchors", "winch_commands", "exit_friction")
+
 # Scheme of MuJoCo, Bullet and DART. The reference also has it, for comparisons with each of them.
 EULER = "semi_implicit_euler"
 
@@ -198,7 +200,7 @@ def cdpr_backends() -> list[PluginInfo]:
                 "load": True,
                 "threads": True,
                 **OUR_CABLES,
-                "features": ("moving_anchors", "winch_commands"),
+                "features": FEATURES,
                 "scheme": "rk4",
                 "schemes": ["rk4", EULER],
             },
@@ -216,7 +218,7 @@ def cdpr_backends() -> list[PluginInfo]:
                 "load": True,
                 **OUR_CABLES,
                 **MUJOCO_RANGE,
-                "features": ("moving_anchors", "winch_commands"),
+                "features": FEATURES,
                 "scheme": EULER,
             },
             options=MujocoOptions,
@@ -233,7 +235,7 @@ def cdpr_backends() -> list[PluginInfo]:
                 "load": True,
                 **OUR_CABLES,
                 **BULLET_RANGE,
-                "features": ("moving_anchors", "winch_commands"),
+                "features": FEATURES,
                 "scheme": EULER,
             },
             options=BulletOptions,
@@ -250,7 +252,7 @@ def cdpr_backends() -> list[PluginInfo]:
                 "load": True,
                 **OUR_CABLES,
                 **DART_RANGE,
-                "features": ("moving_anchors", "winch_commands"),
+                "features": FEATURES,
                 "scheme": EULER,
             },
             options=DartOptions,

@@ -79,8 +79,11 @@ template <class T> struct ReferenceStep {
 
     template <bool eight> CDPR_INLINE free_body::Point<T> slope(free_body::Point<T> at) const {
         const Wrench<T> pull = pull_of_cables<eight>(lines, w, m, command, at.p, at.q);
+        return slope_under(pull, at, free_body::angular_velocity(moments(), at.q, at.L));
+    }
+
+    CDPR_INLINE free_body::Point<T> slope_under(Wrench<T> pull, free_body::Point<T> at, Vector<T> omega) const {
         const Wrench<T> applied = with_external(pull, offset, external, at.q);
-        const Vector<T> omega = free_body::angular_velocity(moments(), at.q, at.L);
         return {at.v, turning(at.q, omega), applied.force / inertial[0] + vector(gravity), applied.moment};
     }
 };

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.cables import immediate
+from cdpr.cables import chain_of, immediate, rubs
 from cdpr.mechanics.body_frame import BodyFrame
 from cdpr.mechanics.guide import Guide
 from cdpr.model import Robot
@@ -22,6 +22,10 @@ def make(robot: Robot, gravity: Array, physics_step: float, options: Any) -> Bac
         from cdpr_backends.reference_euler import SemiImplicitEuler
 
         return SemiImplicitEuler(robot, gravity, physics_step, options)
+    if robot.n == 6 and rubs(robot) and all(chain_of(robot, cable).immediate for cable in robot.cables):
+        from cdpr_backends.reference_friction import FrictionReference
+
+        return FrictionReference(robot, gravity, physics_step, options)
     if not immediate(robot):
         from cdpr_backends.reference_winches import WinchReference
 

@@ -69,6 +69,10 @@ class WinchReference(Integrator):
         """Return the operation that writes the state of the winches."""
         return self.winches.reading(unwound, unwinding, torque)
 
+    def winch_tensions(self, tension: Array) -> Operations:
+        """Return the operation that writes the tensions at the winches."""
+        return self.winches.winch_tensions(tension)
+
     def bent_readings(self, unstretched: Array, bending: Array) -> Operations | None:
         """Return the operations that read cables which sag."""
         return self.winches.bent_readings(unstretched, bending)

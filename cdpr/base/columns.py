@@ -195,6 +195,10 @@ FIRST: tuple[Column, ...] = (
 WINCHED: tuple[Column, ...] = (
     Column("cable_tension", CABLES, "N", "Tension in each cable", places=(_STATES + "/effort",)),
 )
+# Pulleys with friction: the tensions on both sides differ.
+FRICTION: tuple[Column, ...] = (
+    Column("winch_tension", CABLES, "N", "Tension of each cable at its winch: `cable_tension` beyond the pulley"),
+)
 # Cables that sag: their force on the platform is not along the chord.
 UNSTRETCHED: tuple[Column, ...] = (
     Column("unstretched_length", CABLES, "m", "Unstretched length between winch and platform"),
@@ -266,7 +270,8 @@ class ColumnGroup:
 # Groups of columns after `FIRST`. `cdpr.simulation.columns.CONDITIONS` decides them for a scenario; those of a part of
 # the loop are in each run with that part.
 GROUPS: dict[str, ColumnGroup] = {
-    "winched": ColumnGroup(WINCHED, "cables are not ideal"),
+    "winched": ColumnGroup(WINCHED, "cables are not ideal, or lose tension on a pulley"),
+    "friction": ColumnGroup(FRICTION, "a pulley has friction"),
     "drums": ColumnGroup(DRUMS, "a winch takes a length or a rate"),
     "unstretched": ColumnGroup(UNSTRETCHED, "a cable sags, or a winch takes a length or a rate"),
     "sagging": ColumnGroup(SAGGING, "a cable sags (`cable.model: catenary`)"),

@@ -147,6 +147,15 @@ def of_winch() -> Needs:
     return Needs(plant_fmu=with_winch, controller_fmu=with_winch, mjcf=ideal_only, sdf=as_ideal, urdf=as_ideal)
 
 
+def of_exit_friction() -> Needs:
+    """Return the needs of exits on which cables lose tension."""
+    with_winch = depends("friction on exits is left out without --with-winch")
+    apart = left_out("friction on exits is left out")
+    feature = {"features": "exit_friction"}
+    plants = {"plant_fmu": with_winch, "controller_fmu": with_winch}
+    return _but({**plants, "mjcf": apart, "sdf": apart, "urdf": apart, "backend": feature})
+
+
 def of_length_winch() -> Needs:
     """Return the needs of a winch that takes a length or its rate as its command."""
     tension_only = no("the command of a cable is a tension there; set winch.type to torque")

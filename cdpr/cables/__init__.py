@@ -115,7 +115,9 @@ def keys_of_numbers(owner: str) -> list[str]:
 def exits_of(robot: Robot) -> tuple[dict[str, Any] | None, ...]:
     """Return the exits of a robot's cables as plain data, None for a point; () if all are points."""
     plain = [
-        cable.exit.model_dump(mode="json") if isinstance(cable.exit, Exit) and cable.exit.header else None
+        cable.exit.model_dump(mode="json", exclude_none=True)
+        if isinstance(cable.exit, Exit) and cable.exit.header
+        else None
         for cable in robot.cables
     ]
     return tuple(plain) if any(plain) else ()
@@ -173,7 +175,12 @@ def model_of(robot: Robot) -> str:
 
 def immediate(robot: Robot) -> bool:
     """Return True if the tensions of all cables equal their commands."""
-    return all(chain_of(robot, cable).immediate for cable in robot.cables)
+    return all(chain_of(robot, cable).immediate for cable in robot.cables) and not rubs(robot)
+
+
+def rubs(robot: Robot) -> bool:
+    """Return True if some cable loses tension by friction on its exit."""
+    return any(isinstance(cable.exit, Exit) and cable.exit.rubs for cable in robot.cables)
 
 
 def bends(robot: Robot) -> bool:

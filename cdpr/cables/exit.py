@@ -26,7 +26,8 @@ class Exit(Kind):
         header: header of its kernel, a struct of templates over the number type T, included by `cdpr/cables/parts.hpp`:
             `leave(anchor, numbers, tip)` returns the exit point, m, world, for a cable to the tip; `lead(anchor,
             numbers, tip)` also returns the length of cable on the exit, m; `carry(...)` returns the velocity of the
-            exit point, m/s, when the tip moves. "" for a point, which needs none.
+            exit point, m/s, when the tip moves. "" for a point, which needs none. An exit with friction also has
+            `friction(numbers, wrap, speed)`: the tension towards the winch per tension towards the platform.
     """
 
     header: ClassVar[str] = ""
@@ -34,6 +35,15 @@ class Exit(Kind):
     @abstractmethod
     def numbers(self) -> Sequence[float]:
         """Return the numbers of its kernel in order."""
+
+    @property
+    def rubs(self) -> bool:
+        """True if friction changes the tension on the exit."""
+        return False
+
+    def damping(self, frame: Sequence[float], tip: Sequence[float]) -> float:
+        """Return the damping by friction at rest, per tension, s/m, of a cable from the anchor at `frame` to a tip."""
+        return 0.0
 
     def turned(self, R: NDArray[np.float64]) -> Self:
         """Return the exit rotated about its anchor by the rotation matrix R (3, 3)."""

@@ -22,6 +22,7 @@ template <class T> struct Line {
     Vector<T> tip;    // p + R B_i
 
     CDPR_INLINE int64_t count() const { return width - NUMBERS; }
+    CDPR_INLINE bool rubs() const { return width > EXIT && cdpr::rubs(row[EXIT], count()); }
     CDPR_INLINE bool leaves_a_point() const { return width <= EXIT || is(row[EXIT], POINT); }
     CDPR_INLINE Vector<T> anchor() const { return vector(row + FRAME); }
 
@@ -46,6 +47,12 @@ template <class T> CDPR_INLINE Line<T> line(const T* lines, int64_t width, int64
     const T* row = lines + i * width;
     const Vector<T> lever = rotate(q, vector(row + Line<T>::PLATFORM));
     return {row, width, p, lever, p + lever};
+}
+
+// Return the tension at the winch per tension at the platform of a cable on an exit with friction, with this wrap
+// angle, rad, that moves towards the platform at `speed`, m/s.
+template <class T> CDPR_INLINE T friction(const Line<T>& cable, T wrap, T speed) {
+    return exit_friction(cable.row[Line<T>::EXIT], cable.row + Line<T>::NUMBERS, wrap, speed);
 }
 
 // Return force and moment about the platform's position, N and N m, world axes, of a tension, N.

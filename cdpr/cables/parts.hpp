@@ -17,6 +17,8 @@
 namespace cdpr::CDPR_TARGET {
 
 enum ExitKind { POINT, PULLEY };
+constexpr int MOST_OF_EXIT = Pulley::COUNT_WITH_FRICTION;  // numbers of an exit
+
 enum WinchKind { DIRECT, DRUM, IDEAL_DRIVE, POSITION_SERVO, VELOCITY_SERVO };
 enum SpanKind { INEXTENSIBLE, ELASTIC, CATENARY };
 
@@ -47,6 +49,21 @@ template <class T> CDPR_INLINE Vector<T> exit_velocity(T kind, Vector<T> anchor,
     if (is(kind, PULLEY) && count >= Pulley::COUNT) return Pulley::carry(anchor, numbers, tip, V);
     return nowhere<T>();
 }
+
+// Return whether cables lose tension on an exit with `count` numbers.
+template <class T> CDPR_INLINE bool rubs(T kind, int64_t count) {
+    return is(kind, PULLEY) && count >= Pulley::COUNT_WITH_FRICTION;
+}
+
+// Return the tension towards the winch per tension towards the platform, of a cable with this wrap angle, rad, that
+// moves towards the platform at `speed`, m/s.
+template <class T> CDPR_INLINE T exit_friction(T kind, const T* numbers, T wrap, T speed) {
+    if (is(kind, PULLEY)) return Pulley::friction(numbers, wrap, speed);
+    return NOT_A_NUMBER;
+}
+
+// Return whether the tension of a winch depends on the acceleration of its cable.
+template <class T> CDPR_INLINE bool is_heavy(T kind) { return !is(kind, DIRECT); }
 
 // Return tension, N, and mass, kg, of a winch whose cable does not stretch; `own` are the winch's own state numbers.
 template <class T> CDPR_INLINE WinchTension<T> held(T kind, const T* numbers, [[maybe_unused]] const T* own, T command,

@@ -15,12 +15,12 @@
 namespace cdpr::CDPR_TARGET {
 
 // Cable at the present pose: the lever of its anchor on the body, the chord from there to the exit, that chord's
-// length, and the length of cable on the exit, m.
+// length, and the length of cable on the exit, m; the angle of cable on the exit, rad.
 template <class T> struct CableRun {
-    static constexpr int COUNT = 8;
+    static constexpr int COUNT = 9;
 
     Vector<T> lever, chord;
-    T chord_length, wrapped_length;
+    T chord_length, wrapped_length, wrap;
 };
 
 template <class T> struct Plant {
@@ -43,7 +43,8 @@ template <class T> struct Plant {
     T* applied;            // (6), wrench of cables and `external` about the body's origin, N and N m
     T* rate;               // (m), m/s
     T* matrix;             // (6, m), W about the body's origin
-    T* runs;               // (m, 8), work space: a CableRun of each
+    T* at_winch;           // (m), tension at each winch per tension at the platform
+    T* runs;               // (m, 9), work space: a CableRun of each
     T* light;              // (m), work space: tensions without the drums' inertia, N
     T* mass;               // (m), work space: that inertia along the cable, kg
     T* pulls;              // (m), work space: 1 for each taut cable, 0 for a slack one
@@ -55,8 +56,8 @@ template <class T> struct Plant {
     static constexpr char fields[] =
         "chains(m, 27), lines(m, w >= 6), offset(7), inertial(13), free(6), gravity(3), command(m), external(6), "
         "both body(13), both winch(s), both tension(m), both highest(m), both length(m), both cable_work(1), "
-        "both beside(6), both place(7), applied(6), rate(m), matrix(6, m), work runs(m, 8), work light(m), "
-        "work mass(m), work pulls(m), kinds(m, 3), places(m + 1), m, w, s";
+        "both beside(6), both place(7), applied(6), rate(m), matrix(6, m), both at_winch(m), work runs(m, 9), "
+        "work light(m), work mass(m), work pulls(m), kinds(m, 3), places(m + 1), m, w, s";
 
     CDPR_INLINE ChainRow<T> chain(int64_t i) const { return chain_row(chains, i); }
     CDPR_INLINE Quaternion<T> attitude() const { return quaternion(body + 3); }
@@ -80,7 +81,7 @@ template <class T> struct Plant {
 
     CDPR_INLINE CableRun<T> run(int64_t i) const {
         const T* numbers = runs + CableRun<T>::COUNT * i;
-        return {vector(numbers), vector(numbers + 3), numbers[6], numbers[7]};
+        return {vector(numbers), vector(numbers + 3), numbers[6], numbers[7], numbers[8]};
     }
 
     CDPR_INLINE void keep(CableRun<T> run, int64_t i) const {
@@ -89,6 +90,7 @@ template <class T> struct Plant {
         store(run.chord, numbers + 3);
         numbers[6] = run.chord_length;
         numbers[7] = run.wrapped_length;
+        numbers[8] = run.wrap;
     }
 
     CDPR_INLINE BentSpan<T> bent_span(int64_t i) const {
@@ -96,6 +98,16 @@ template <class T> struct Plant {
         const Vector<T> exit = vector(body) + at.lever + at.chord;
         return {chain(i).span(), at.chord, at.wrapped_length, vector(gravity), vector(lines + i * w) - exit};
     }
+
+    // Return the row of cable i, without its pose.
+    CDPR_INLINE Line<T> row_of_line(int64_t i) const {
+        const Vector<T> none = {0.0, 0.0, 0.0};
+        return {lines + i * w, w, none, none, none};
+    }
+
+    // Return whether cable i loses tension on its exit, and its tension at the winch, N.
+    CDPR_INLINE bool rubs(int64_t i) const { return kinds[3 * i + 2] != POINT && row_of_line(i).rubs(); }
+    CDPR_INLINE T tension_at_winch(int64_t i) const { return rubs(i) ? at_winch[i] * tension[i] : tension[i]; }
 
     // Return whether cable i is elastic; whether some cable is bent.
     CDPR_INLINE bool stretches(int64_t i) const { return kinds[3 * i + 1] != INEXTENSIBLE; }
@@ -106,21 +118,59 @@ template <class T> struct Plant {
     }
 };
 
-// Write wrench matrix, lengths, rates and runs at `body`; formulas: geometry.hpp.
+// Column of the wrench matrix, rate and run of a cable; formulas: geometry.hpp.
+template <class T> struct PlantCable {
+    Vector<T> u, moment;
+    T rate;
+    CableRun<T> run;
+
+    CDPR_INLINE T length() const { return run.chord_length + run.wrapped_length; }
+};
+
+template <class T> CDPR_INLINE PlantCable<T> plant_cable(const Line<T>& cable, Vector<T> v, Vector<T> omega) {
+    const ExitResult<T> exit = cable.lead();
+    const Vector<T> l = cable.chord(exit.point);
+    const T norm = length(l);
+    const Vector<T> u = l / norm, moment = cross(cable.lever, u);
+    return {u, moment, -dot(u, v) - dot(moment, omega), {cable.lever, l, norm, exit.wrapped_length, exit.wrap}};
+}
+
+// Write wrench matrix, lengths, rates and runs of eight cables on exits with friction.
+template <class T> CDPR_INLINE void write_eight_rubbing(Plant<T>&, Vector<T>, Quaternion<T>, Vector<T>, Vector<T>) {}
+
+#ifdef CDPR_LANES
+CDPR_INLINE Vector<double> of_lane(Vector<Lanes> v, int i) { return {v.x.get(i), v.y.get(i), v.z.get(i)}; }
+
+template <> CDPR_INLINE void write_eight_rubbing<double>(Plant<double>& plant, Vector<double> p, Quaternion<double> q,
+                                                         Vector<double> v, Vector<double> omega) {
+    using Eight = EightRubbing;
+    const PlantCable<Lanes> cable = plant_cable(Eight(plant.lines).at(p, q), Eight::same(v), Eight::same(omega));
+    const Vector<Lanes> u = cable.u, moment = cable.moment;
+    const Lanes rows[] = {u.x, u.y, u.z, moment.x, moment.y, moment.z};
+    for (int j = 0; j < 6; j++) scatter(rows[j], plant.matrix + j * WIDTH);
+    scatter(cable.length(), plant.length);
+    scatter(cable.rate, plant.rate);
+    const CableRun<Lanes> run = cable.run;
+    for (int i = 0; i < WIDTH; i++)
+        plant.keep({of_lane(run.lever, i), of_lane(run.chord, i), run.chord_length.get(i), run.wrapped_length.get(i),
+                    run.wrap.get(i)},
+                   i);
+}
+#endif
+
+// Write wrench matrix, lengths, rates and runs at `body`.
 template <class T> inline void plant_geometry(Plant<T>& plant) {
     const Vector<T> p = vector(plant.body), v = vector(plant.body + 7), omega = vector(plant.body + 10);
     const Quaternion<T> q = plant.attitude();
+    if (are_eight_rubbing<T>(plant.lines, plant.w, plant.m)) return write_eight_rubbing(plant, p, q, v, omega);
     for (int64_t i = 0; i < plant.m; i++) {
-        const Line<T> cable = line(plant.lines, plant.w, i, p, q);
-        const ExitResult<T> exit = cable.lead();
-        const Vector<T> l = cable.chord(exit.point);
-        const T norm = length(l);
-        const Vector<T> u = l / norm, moment = cross(cable.lever, u);
+        const PlantCable<T> cable = plant_cable(line(plant.lines, plant.w, i, p, q), v, omega);
+        const Vector<T> u = cable.u, moment = cable.moment;
         const T column[6] = {u.x, u.y, u.z, moment.x, moment.y, moment.z};
         for (int64_t j = 0; j < 6; j++) plant.W()(j, i) = column[j];
-        plant.length[i] = norm + exit.wrapped_length;
-        plant.rate[i] = -dot(u, v) - dot(moment, omega);
-        plant.keep({cable.lever, l, norm, exit.wrapped_length}, i);
+        plant.length[i] = cable.length();
+        plant.rate[i] = cable.rate;
+        plant.keep(cable.run, i);
     }
 }
 

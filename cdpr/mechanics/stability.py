@@ -7,7 +7,9 @@ stiffness that tensions add across the cables is far below k and is neglected.
 
 The unstretched length of an ideal drive does not depend on the motion, and is no coordinate. A servo without a lag adds
 (kv kp + ki) / r^2 to the stiffness and kv / r^2 to the damping of its unstretched length (`cdpr.cables.servo`; the
-slow part ki kp of the integral is neglected). Other own states of winches are not included: a motor with a lag is taken
+slow part ki kp of the integral is neglected). A pulley with friction damps its drum, or the platform if the cable does
+not stretch, in proportion to the tension; that is estimated by the least squares that carry the weight, and at least
+the lower limit. Other own states of winches are not included: a motor with a lag is taken
 to hold its torque.
 """
 
@@ -18,17 +20,18 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from cdpr.cables import chain_of
+from cdpr.cables import chain_of, rubs
 from cdpr.cables.chain import Chain, Winch
 from cdpr.cables.ideal_drive import IDEAL_DRIVE
 from cdpr.cables.servo import POSITION_SERVO, VELOCITY_SERVO
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.kinematics import STILL, lengths, wrench_matrix
-from cdpr.model import Cable, Robot
+from cdpr.model import Cable, Robot, rotations
 from cdpr.model.robot import Array
 
 # Motion without resistance has the eigenvalue 1 twice. Eigenvalues resolve it only to the root of their round-off.
 GROWTH = 1e-6
+GRAVITY = np.array([0.0, 0.0, -9.81])  # m/s^2, for the estimate of tensions
 
 
 @dataclass(frozen=True, eq=False)
@@ -134,6 +137,7 @@ def oscillator(robot: Robot, state: Array) -> Oscillator:
             if {"coulomb_friction", "coulomb_speed"} <= keys:
                 loss += winch.coulomb_friction / winch.coulomb_speed
             losses[i], gains[i] = loss / winch.drum_radius**2, gain / winch.drum_radius**2
+    losses += _losses_on_exits(robot, state, still, W)
     springs = np.array([chain.stretches for chain in chains])
     own = springs & [chain.winch is not IDEAL_DRIVE for chain in chains]  # drums with their own coordinates
     carried, n, k = W[:, ~springs], len(W), int(own.sum())
@@ -145,6 +149,20 @@ def oscillator(robot: Robot, state: Array) -> Oscillator:
     stiffness = np.array([cable.axial_stiffness or 0.0 for cable in robot.cables])[springs] / length[springs]
     damping = np.array([cable.damping for cable in robot.cables])[springs]
     return Oscillator(M, C + B * damping @ B.T, K + B * stiffness @ B.T)
+
+
+def _losses_on_exits(robot: Robot, state: Array, still: Array, W: Array) -> Array:
+    """Return the damping (m,) [N s/m] of the cables by friction on their exits, with W (n, m), about rest."""
+    if not rubs(robot):
+        return np.zeros(robot.m)
+    tips = state[:3] + robot.anchors[:, 3:] @ rotations.matrix(state[3:7]).T
+    slopes = [
+        cable.exit.damping(cable.frame.tolist(), tip.tolist()) if cable.exit else 0.0
+        for cable, tip in zip(robot.cables, tips, strict=True)
+    ]
+    weight = required_wrench(robot, still, GRAVITY)[robot.rows]
+    tension = np.maximum(np.linalg.lstsq(W, weight, rcond=None)[0], robot.tension_min)
+    return np.array(slopes) * tension
 
 
 def shortest_lag(robot: Robot) -> float:

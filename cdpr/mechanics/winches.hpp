@@ -5,27 +5,44 @@
 
 namespace cdpr::CDPR_TARGET {
 
+// Return the tension at the winch per tension at the platform of cable i, which moves towards it at `speed`, m/s.
+template <class T> CDPR_INLINE T friction_at(const Plant<T>& plant, int64_t i, T speed) {
+    return friction(plant.row_of_line(i), plant.run(i).wrap, speed);
+}
+
+// Write these. The speed is that at which the winch pays out.
+template <class T> inline void write_friction(Plant<T>& plant) {
+    for (int64_t i = 0; i < plant.m; i++) {
+        if (!plant.rubs(i)) continue;
+        const T speed = plant.stretches(i) ? -plant.chain(i).per_turn() * plant.speed(i) : plant.rate[i];
+        plant.at_winch[i] = friction_at(plant, i, speed);
+    }
+}
+
 // Write unwound lengths and speeds for constant stretch, and commanded tensions or lengths. The first command of a
 // winch that takes rates is its length.
 template <class T> inline void start_stretching_cable(Plant<T>& plant, Truth<T> fresh, int64_t i) {
     const ChainRow<T> row = plant.chain(i);
     const T kind = row.span_kind(), command = plant.command[i];
     T unwound = command;
-    if (command_of(row.winch_kind()) == TENSION_COMMAND)
-        unwound = bends(kind) ? bent_rest(kind, plant.bent_span(i), command)
-                              : rest(kind, row.span(), plant.length[i], command);
+    if (command_of(row.winch_kind()) == TENSION_COMMAND) {
+        const T tension = plant.rubs(i) ? command / friction_at(plant, i, plant.rate[i]) : command;
+        unwound = bends(kind) ? bent_rest(kind, plant.bent_span(i), tension)
+                              : rest(kind, row.span(), plant.length[i], tension);
+    }
     const T speed = -plant.rate[i] / row.per_turn();
     plant.unwound(i) = select(fresh, unwound, plant.unwound(i));
     plant.speed(i) = select(fresh, speed, plant.speed(i));
 }
 
-// Return the tension of cable i at its start, N.
+// Return the tension of cable i at its winch at the start, N.
 template <class T> inline T start_tension(const Plant<T>& plant, int64_t i) {
     const ChainRow<T> row = plant.chain(i);
     const T kind = row.span_kind();
     if (command_of(row.winch_kind()) == TENSION_COMMAND) return plant.command[i];
-    if (bends(kind)) return bent_pull(kind, plant.bent_span(i), plant.unwound(i), T(0.0), row.lowest()).tension;
-    return pull(kind, row.span(), plant.length[i], plant.unwound(i), T(0.0), row.lowest());
+    const T tension = bends(kind) ? bent_pull(kind, plant.bent_span(i), plant.unwound(i), T(0.0), row.lowest()).tension
+                                  : pull(kind, row.span(), plant.length[i], plant.unwound(i), T(0.0), row.lowest());
+    return plant.rubs(i) ? friction_at(plant, i, plant.rate[i]) * tension : tension;
 }
 
 // Write the states of the winches at their start.
@@ -75,7 +92,8 @@ template <class T, class Anchors> inline bool write_light_tensions(Plant<T>& pla
         WinchTension<T> own = {0.0, 0.0};
         if (!plant.stretches(i)) {
             own = held(row.winch_kind(), row.winch(), plant.own(i), plant.command[i], plant.rate[i],
-                       length_acceleration(plant, anchors, i));
+                       is_heavy(row.winch_kind()) ? length_acceleration(plant, anchors, i) : T(0.0));
+            if (plant.rubs(i)) own = {own.tension / plant.at_winch[i], own.mass / plant.at_winch[i]};
         } else if (!bends(row.span_kind())) {
             own.tension =
                 pull(row.span_kind(), row.span(), plant.length[i], plant.unwound(i), plant.stretching(i), row.lowest());
@@ -97,6 +115,7 @@ inline void write_tensions(Plant<T>& plant, PlatformDynamics<T>& dynamics, const
         if (any(fresh)) start_winches(plant, fresh);
         prescribe_speeds(plant, fresh);
     }
+    write_friction(plant);
     if (write_light_tensions(plant, anchors)) share_inertia(plant, dynamics);
     apply(plant);
     for (int64_t i = 0; i < plant.m; i++) {
@@ -150,12 +169,12 @@ template <class T, class Anchors> inline void settle(Plant<T>& plant, PlatformDy
 
 // Return the acceleration of winch i under the tension of its cable.
 template <class T> CDPR_INLINE T winch_acceleration(const Plant<T>& plant, int64_t i) {
-    return drum_acceleration(plant.chain(i).winch_kind(), plant.motion(i, plant.tension[i]));
+    return drum_acceleration(plant.chain(i).winch_kind(), plant.motion(i, plant.tension_at_winch(i)));
 }
 
 // Write the time derivatives of the own states of winch i under the tension of its cable.
 template <class T> CDPR_INLINE void write_own_slopes(const Plant<T>& plant, int64_t i, T* slope) {
-    own_slopes(plant.chain(i).winch_kind(), plant.motion(i, plant.tension[i]), slope, plant.own_count(i));
+    own_slopes(plant.chain(i).winch_kind(), plant.motion(i, plant.tension_at_winch(i)), slope, plant.own_count(i));
 }
 
 // Unwound lengths, speeds and torques of winches at the last settled `body`.
@@ -170,11 +189,23 @@ struct WinchReading {
 inline int read_winches(WinchReading& p) {
     const Plant<double>& plant = p.plant;
     for (int64_t i = 0; i < plant.m; i++) {
-        const WinchMotion<double> motion = plant.motion(i, plant.tension[i]);
+        const WinchMotion<double> motion = plant.motion(i, plant.tension_at_winch(i));
         p.unwound[i] = motion.unwound;
         p.unwinding[i] = -plant.chain(i).per_turn() * motion.speed;
         p.torque[i] = motor_torque(plant.chain(i).winch_kind(), motion);
     }
+    return 0;
+}
+
+// Tensions at the winches at the last settled `body`.
+template <class T> struct ExitReading {
+    Plant<T> plant;
+    T* pulled;  // (m), N
+    static constexpr auto fields = extended(Plant<T>::fields, "pulled(m)");
+};
+
+template <class T> inline int read_winch_tensions(ExitReading<T>& p) {
+    for (int64_t i = 0; i < p.plant.m; i++) p.pulled[i] = p.plant.tension_at_winch(i);
     return 0;
 }
 

@@ -84,6 +84,7 @@ class Winches:
             "applied": applied,
             "rate": np.zeros(m),
             "matrix": np.zeros((6, m)),
+            "at_winch": np.ones(m),
         }
         self.step: Callable[[], object] = bind("step_winches", **self.given, step=physics_step)
         self.settle: Callable[[], object] = bind("settle_winches", **self.given)
@@ -120,6 +121,10 @@ class Winches:
     def reading(self, unwound: Array, unwinding: Array, torque: Array) -> list[Callable[[], object]]:
         """Return operations that write the state of the winches, see `Backend.winch_readings`."""
         return [bind("read_winches", **self.given, unwound=unwound, unwinding=unwinding, torque=torque)]
+
+    def winch_tensions(self, tension: Array) -> list[Callable[[], object]]:
+        """Return operations that write the tensions at the winches (m,) [N]; they follow those of `readings`."""
+        return [bind("read_winch_tensions", **self.given, pulled=tension)]
 
     def bent_readings(self, unstretched: Array, bending: Array) -> list[Callable[[], object]]:
         """Return operations that write the unstretched lengths (m,) [m] and the wrench of bending (6,) [N, N m].

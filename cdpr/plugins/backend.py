@@ -273,6 +273,20 @@ class Backend(ABC):
         """
         raise PluginError(f"{type(self).__name__} does not support winches with a length or rate as their command")
 
+    def winch_tensions(self, tension: Array) -> Operations:
+        """Return the operations that write tensions at the winches, for backends with the feature `exit_friction`.
+
+        Args:
+            tension: (m,), N, of each cable between winch and exit. They follow the operations of `readings`.
+
+        Returns:
+            The operations, as in `operations`.
+
+        Raises:
+            PluginError: if the backend does not implement it.
+        """
+        raise PluginError(f"{type(self).__name__} does not support friction on pulleys")
+
     def bent_readings(self, unstretched: Array, bending: Array) -> Operations | None:
         """Return the operations that read cables which sag, after those of `readings`.
 

@@ -236,6 +236,10 @@ class RigidBodyBackend(Backend):
             return super().winch_readings(unwound, unwinding, torque)
         return self.winches.reading(unwound, unwinding, torque)
 
+    def winch_tensions(self, tension: Array) -> Operations:
+        """Return the operation that writes the tensions at the winches."""
+        return super().winch_tensions(tension) if self.winches is None else self.winches.winch_tensions(tension)
+
     def bent_readings(self, unstretched: Array, bending: Array) -> Operations | None:
         """Return the operations that read cables which sag; None if cables are ideal."""
         return None if self.winches is None else self.winches.bent_readings(unstretched, bending)

@@ -11,7 +11,7 @@ from pydantic import BaseModel, ValidationError
 
 from cdpr.base.errors import PluginError
 from cdpr.base.problems import Mark, Problem
-from cdpr.cables import model_of
+from cdpr.cables import model_of, rubs
 from cdpr.config.document import Document
 from cdpr.config.problems import Problems
 from cdpr.fmu.read.options import FMU
@@ -192,7 +192,7 @@ class Content:
     @property
     def ideal_cables(self) -> bool:
         """True if the tensions of all cables equal their commands."""
-        return ideal(self.cable_model)
+        return ideal(self.cable_model) and not rubs(self.robot)
 
     @property
     def log_every(self) -> int:

@@ -20,7 +20,7 @@ from cdpr.scenario.initial import Initial
 from cdpr.scenario.limits_schema import TensionSection, limits
 from cdpr.scenario.motions.guide import Guide
 from cdpr.scenario.report import SectionReport
-from cdpr.scenario.robot_schema import CableSection, cable_name
+from cdpr.scenario.robot_schema import CableSection, CablesSection, cable_name
 from cdpr.scenario.schema import Simulation
 from cdpr.scenario.winch_kinds import command_of, kind_of, winch_path
 
@@ -129,11 +129,22 @@ class EventChecks(Checks):
         elif others:
             ideal = f"remove it or set that to {COMMANDED}"
             text = f"happens to ideal cables only, and {dotted(others[0])} is {own[others[0]]}: {ideal}"
+        elif rubbing := self._rubbing():
+            text = f"happens to ideal cables only, and {rubbing} has friction: remove it or that"
         else:
             return
         for i, event in events:
             if event.ideal_cables_only:
                 self.add_problem(("events", i, "type"), text)
+
+    def _rubbing(self) -> str:
+        """Return the key of an exit with friction; "" without one."""
+        common = self.section(CablesSection, ("robot", "cable"))
+        for i, cable in self.cables(("robot",)):
+            leaves = cable.exit or (common.exit if common else None)
+            if leaves is not None and leaves.rubs:
+                return dotted(("robot", "cable", "exit") if cable.exit is None else ("robot", "cables", i, "exit"))
+        return ""
 
     def _need_tension_commands(self, events: Places) -> None:
         """Report power cuts of winches that hold lengths: what their brakes and motors then do is not modelled."""

@@ -163,7 +163,7 @@ def _cable(robot: Robot, cable: Cable) -> dict[str, Any]:
     if cable.exit is not None and not isinstance(cable.exit, BaseModel):
         text = f"expected an exit such as cdpr.cables.Pulley, got an object of {type(cable.exit).__name__}"
         raise ScenarioError([f"cables.{cable.name}.exit: {text}"])
-    row["exit"] = None if cable.exit is None else cable.exit.model_dump(mode="json")
+    row["exit"] = None if cable.exit is None else cable.exit.model_dump(mode="json", exclude_none=True)
     return {key: value for key, value in row.items() if value is not None}
 
 

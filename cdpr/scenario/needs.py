@@ -10,7 +10,7 @@ from pydantic.fields import FieldInfo
 
 from cdpr.base.fields import Kind, Section
 from cdpr.base.kinds import Kinds
-from cdpr.base.needs import MEANINGS, UNCONCERNED, UNDECLARED, Needs
+from cdpr.base.needs import MEANINGS, UNCONCERNED, UNDECLARED, Needs, of_exit_friction
 from cdpr.base.problems import Path
 from cdpr.cables import MODELS, WINCH_TYPES
 from cdpr.scenario.content import Content
@@ -56,6 +56,10 @@ def in_use(scenario: Content) -> Iterator[tuple[Path, Needs, Any]]:
             owner: Path = ("robot", "winch") if cable.winch is None else ("robot", "cables", i, "winch")
             where = (*owner, "type") if of_type else path
             yield where, part.needs or UNDECLARED, model
+        leaves = cable.exit or robot.cable.exit
+        if leaves is not None and leaves.rubs:
+            place: Path = ("robot", "cable") if cable.exit is None else ("robot", "cables", i)
+            yield (*place, "exit"), of_exit_friction(), leaves
 
 
 def _walk(section: Section, path: Path) -> Iterator[tuple[Path, Needs, Any]]:
@@ -127,6 +131,7 @@ def part_declarations() -> Iterator[tuple[str, Needs | None]]:
     for name, (simple, driven) in WINCH_TYPES.items():
         yield f"robot.winch.type: {name}", simple.needs
         yield f"robot.winch.type: {name} with inertia", driven.needs
+    yield "robot.cable.exit: with friction", of_exit_friction()
 
 
 def parts_of(info: FieldInfo) -> Iterator[type[Section]]:

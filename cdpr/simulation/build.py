@@ -17,7 +17,7 @@ import numpy as np
 from cdpr.base.columns import Column
 from cdpr.base.errors import CdprError, PluginError
 from cdpr.base.problems import Path, dotted, short_repr
-from cdpr.cables import COMMANDED, commands_of, with_model
+from cdpr.cables import COMMANDED, commands_of, rubs, with_model
 from cdpr.fmu.read.options import FmuFile
 from cdpr.link.options import PeerOptions
 from cdpr.mechanics.anchors import Anchors
@@ -229,6 +229,8 @@ class _Checks:
 
         if set(commands_of(self._scenario.robot)) != {"tension"}:
             raise CdprError("actuators: their commands are tensions: set robot.winch.type to torque, or remove them")
+        if rubs(self._scenario.robot):
+            raise CdprError("actuators: do not support friction on pulleys: remove it from robot.cable.exit, or them")
         check_actuators(self._scenario, backend)
 
     def _solver(self, entry: Registered, robot: Robot) -> TensionSolver:

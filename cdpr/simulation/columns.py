@@ -9,7 +9,7 @@ import numpy as np
 
 from cdpr.base.columns import FIRST, GROUPS, Column, clash
 from cdpr.base.errors import PluginError
-from cdpr.cables import bends, takes_lengths
+from cdpr.cables import bends, rubs, takes_lengths
 from cdpr.log.layout import Layout, implied_columns
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend, Controller, TensionSolver
@@ -23,6 +23,7 @@ from cdpr.simulation.loop_parts import loop_parts
 # is that of a part.
 CONDITIONS: dict[str, Callable[[Scenario, Sequence[LoopPart]], bool]] = {
     "winched": lambda scenario, parts: not scenario.ideal_cables,
+    "friction": lambda scenario, parts: rubs(scenario.robot),
     "drums": lambda scenario, parts: takes_lengths(scenario.robot),
     "unstretched": lambda scenario, parts: bends(scenario.robot) or takes_lengths(scenario.robot),
     "sagging": lambda scenario, parts: bends(scenario.robot),

@@ -178,9 +178,14 @@ class Sample:
             readings = backend.readings(tension, work)
         tensions, works = readings or ([partial(backend.read_tension, tension)], [read_work])
         command: Do = bind("copy", source=self.drive, target=backend.command)
-        reading = [Operation("backend", do) for do in (command, *tensions, *self._sagging(backend))]
+        doing = (command, *tensions, *self._rubbing(backend), *self._sagging(backend))
+        reading = [Operation("backend", do) for do in doing]
         reading.append(Operation("backend", bind("not_finite", values=tension), self._refuse_tension))
         return reading, [Operation("backend", do) for do in works]
+
+    def _rubbing(self, backend: Backend) -> Sequence[Do]:
+        """Return the operations that read the tensions on the other side of pulleys with friction."""
+        return backend.winch_tensions(self.view("winch_tension")) if self.layout.has("friction") else ()
 
     def _sagging(self, backend: Backend) -> Sequence[Do]:
         """Return the operations that read cables which sag."""

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from kernel_cases import assert_same_bits, numbers, run, run_lanes
 
+from cdpr.cables import Pulley
 from cdpr.mechanics.body_frame import BodyFrame, body_state, platform_state, wrench_on_body
 from cdpr.mechanics.spherical import pack
 from cdpr.native.bind import bind
@@ -21,6 +22,24 @@ def states(rng, *shape):
     found = numbers(rng, *shape, 13)
     found[::3, 3:7] /= np.linalg.norm(found[::3, 3:7], axis=1)[:, None]
     return found
+
+
+def rubbing(rng, count, m):
+    """Inputs of the operations of cables on pulleys with friction."""
+    lines = np.concatenate([numbers(rng, count, m, 6), np.zeros((count, m, 11))], axis=2)
+    lines[..., 6] = 1.0 if m == 8 else np.arange(m) % 2
+    pulley = Pulley(radius=0.08, axis=(0.3, -0.2, 0.9), friction=0.2, bearing_friction=0.1, bearing_radius=0.03)
+    lines[..., 7:] = pulley.numbers()
+    command, external, gravity = (numbers(rng, count, *shape) for shape in ((m,), (6,), (3,)))
+    body = states(rng, count)
+    push = {"external": external, "offset": numbers(rng, count, 7), "inertial": numbers(rng, count, 4)}
+    moving = {"body": body, "momentum": numbers(rng, count, 3), "cable_work": numbers(rng, count, 1)}
+    moving["highest"] = np.abs(numbers(rng, count, m))
+    step = {"lines": lines, "gravity": gravity, "command": command, **push}
+    return [
+        ("friction_step", step, moving, {"state": 13}, {"step": STEP, "steps": 2}),
+        ("exit_tensions", {"lines": lines, "body": body, "command": command}, {}, {"tension": m}, {}),
+    ]
 
 
 def cases(rng, count, m):
@@ -58,7 +77,8 @@ def shapes(before, written):
 
 @pytest.mark.parametrize("m", [3, 8])
 def test_each_lane_has_the_bits_of_a_double(m):
-    for name, inputs, before, written, values in cases(np.random.default_rng(m), 48, m):
+    rng = np.random.default_rng(m)
+    for name, inputs, before, written, values in (*cases(rng, 48, m), *rubbing(rng, 48, m)):
         outputs = shapes(before, written)
         one, codes = run(name, inputs, outputs, before, **values)
         assert not codes.any()

@@ -22,11 +22,12 @@ def plants(rng, kinds, pulleys, free):
     chains[..., :2], chains[..., 2] = kinds, rng.choice([0.0, -np.inf])
     chains[..., 3:8] = rng.uniform(*DRUM.T, (EACH, M, 5))
     chains[..., 3 + MOST : 5 + MOST] = rng.uniform([1e3, 0.0], [1e6, 100.0], (EACH, M, 2))
-    lines = rng.uniform(-3.0, 3.0, (EACH, M, 14 if pulleys else 6))
+    friction = {"friction": 0.2, "bearing_friction": 0.1, "bearing_radius": 0.03} if pulleys == "friction" else {}
+    lines = rng.uniform(-3.0, 3.0, (EACH, M, 17 if friction else 14 if pulleys else 6))
     lines[..., 3:6] *= 0.1
     if pulleys:
         lines[..., 6] = np.arange(M) % 2
-        lines[..., 7:] = Pulley(type="pulley", radius=0.08, axis=(0.3, -0.2, 0.9)).numbers()
+        lines[..., 7:] = Pulley(type="pulley", radius=0.08, axis=(0.3, -0.2, 0.9), **friction).numbers()
     body, q = numbers(rng, EACH, 13), rng.normal(size=(EACH, 4))
     body[::2, 3:7] = (q / np.linalg.norm(q, axis=1)[:, None])[::2]
     body[::3, :3] *= 0.1
@@ -57,6 +58,7 @@ def plants(rng, kinds, pulleys, free):
         "cable_work": rng.normal(size=(EACH, 1)),
         "beside": np.zeros((EACH, 6)),
         "place": np.zeros((EACH, 7)),
+        "at_winch": np.ones((EACH, M)),
     }
     exits = np.arange(M) % 2 if pulleys else np.zeros(M)
     tables = {"kinds": np.column_stack([kinds, exits]), "places": places}
@@ -73,7 +75,7 @@ def written(before, *more):
 
 
 @pytest.mark.parametrize("free", [FREE, PLANAR, BALL])
-@pytest.mark.parametrize("pulleys", [False, True])
+@pytest.mark.parametrize("pulleys", [False, True, "friction"])
 def test_a_lane_has_the_bits_of_a_plant_alone(free, pulleys):
     rng = np.random.default_rng(1)
     operations = {

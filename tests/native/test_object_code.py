@@ -23,6 +23,8 @@ CALLS = {
     "sincos",
     "atan2",
     "tanh",
+    "asinh",
+    "exp",
     "hypot",
     "cosh",
     "expm1",

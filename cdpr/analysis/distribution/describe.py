@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from cdpr.analysis.distribution.survey import Survey, survey
-from cdpr.cables import bends
+from cdpr.cables import bends, rubs
 from cdpr.mechanics.kinematics import make_state
 from cdpr.mechanics.properties import check_lengths, conditioning, free_wrench_matrix, unresisted
 from cdpr.mechanics.reach import Reach, bounds_of, plain_columns
@@ -28,6 +28,13 @@ OPTIONAL = {
 }
 
 
+# Quantities without the friction of pulleys, for output.
+FRICTIONLESS = (
+    "static tensions, stiffness, workspaces, sizing and equilibria are those without friction: the tensions at the "
+    "winches are those at the platform"
+)
+
+
 def describe_robot(robot: Robot) -> dict[str, Any]:
     """Return the figures that do not depend on the pose."""
     platform, kind = robot.platform, restraint(robot)
@@ -43,6 +50,7 @@ def describe_robot(robot: Robot) -> dict[str, Any]:
         "few_cables": few_cables(robot),
         "unilateral": robot.unilateral,
         "sag": CHORD if bends(robot) else "",
+        "friction": FRICTIONLESS if rubs(robot) else "",
         "characteristic_length_m": robot.characteristic_length,
         "platform": {
             "mass_kg": platform.mass,

@@ -10,10 +10,27 @@ and with (c, z) = P - C
     E = A + r (1 - cos beta) e_x + r sin beta a,   length = r beta + f.
 
 Pott, Cable-Driven Parallel Robots (2018), section 3.4, and Bruckmann et al., "Wire robots part I" (2008), describe the
-same pulley; derived independently, and a radius of 0 gives the point. Bearing and groove have neither friction nor
-inertia. If P is inside the pulley there is no tangent, and length and direction are NaN, as is the length if the cable
-would wrap by more than 270 degrees and cross its arriving part. On the swivel's line the plane is undetermined, and a
-fixed one is used.
+same pulley; derived independently, and a radius of 0 gives the point. It has no inertia. If P is inside the pulley
+there is no tangent, and length and direction are NaN, as is the length if the cable would wrap by more than 270 degrees
+and cross its arriving part. On the swivel's line the plane is undetermined, and a fixed one is used.
+
+Friction makes the tensions differ: that of the side towards which the cable moves is the higher one. With mu the
+coefficient between cable and groove, mu_b that of the bearing, r_b the radius at which it acts, and k = mu_b r_b / r,
+
+    T_high = T_low exp(mu beta)                       for a cable that slips over a groove at rest (Euler, Eytelwein);
+    T_high - T_low = k |T_high e_1 - T_low e_2|       for a wheel that turns: its friction torque is mu_b r_b times the
+                                                      load of its bearing, the sum of both pulls.
+
+The load is sqrt(T_high^2 + T_low^2 - 2 T_high T_low cos beta), so the second is T_high = T_low exp(b) with b = 2
+asinh(k sin(beta / 2) / sqrt(1 - k^2)). With both coefficients the wheel turns or the cable slips, whichever takes less
+force: the smaller exponent counts. Around rest the exponent is multiplied by tanh(speed / v0), where `speed` is that at
+which the winch pays out and v0 the friction speed: a cable at rest does not stick. So
+
+    T_winch = T_platform exp(-tanh(speed / v0) min(mu beta, b)).
+
+T_platform is the tension of the span at its exit; spans stretch on the pulley as without friction. Weight and inertia
+of the wheel have no part in the load. Kraus et al., "Pulley friction compensation for winch-integrated cable force
+measurement and verification on a cable-driven parallel robot" (ICRA 2015), measured such losses.
 """
 
 from __future__ import annotations
@@ -24,9 +41,9 @@ from typing import ClassVar, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
-from cdpr.base.fields import NonNegative, Vector3, unit
+from cdpr.base.fields import NonNegative, Positive, Vector3, unit
 from cdpr.base.needs import Needs, depends
 from cdpr.cables.exit import Exit
 
@@ -34,6 +51,9 @@ AS_POINT = depends("pulleys are an error without --pulleys-as-points")
 AS_POINT_OR_LEFT_OUT = depends("pulleys are an error in the style legs without --pulleys-as-points, otherwise left out")
 ALWAYS_LEFT_OUT = depends("pulleys are left out")
 OUTLINE = 32  # corners of the drawn circle
+
+FRICTION_SPEED = 0.01  # m/s
+NO_LIMIT = 1e300  # coefficient of what never slips or turns
 
 UP: Vector3 = (0.0, 0.0, 1.0)
 
@@ -56,6 +76,24 @@ class Pulley(Exit):
         "pulley swivels about the line along it through the cable's `frame` anchor, where the groove begins",
     )
 
+    friction: NonNegative | None = Field(
+        None,
+        description="coefficient of friction between cable and groove, for a guide that does not turn; default: the "
+        "cable does not slip",
+    )
+    bearing_friction: NonNegative | None = Field(
+        None, description="coefficient of friction of the bearing; default: none, or with `friction` a fixed guide"
+    )
+    bearing_radius: Positive | None = Field(
+        None, description="radius at which the bearing's friction acts", json_schema_extra=unit("m")
+    )
+    friction_speed: Positive | None = Field(
+        None,
+        description="speed of the cable at which friction reaches 76 % of its value: it grows as tanh(speed / this); "
+        f"default: {FRICTION_SPEED:g}",
+        json_schema_extra=unit("m/s"),
+    )
+
     @field_validator("axis")
     @classmethod
     def _some_direction(cls, axis: Vector3) -> Vector3:
@@ -63,18 +101,58 @@ class Pulley(Exit):
             raise ValueError("expected a direction, got [0, 0, 0]")
         return axis
 
+    @model_validator(mode="after")
+    def _whole_bearing(self) -> Self:
+        coefficient, radius = self.bearing_friction, self.bearing_radius
+        if (coefficient is None) != (radius is None):
+            raise ValueError("expected both bearing_friction and bearing_radius, or neither, got one of them")
+        if coefficient is not None and radius is not None and not coefficient * radius < self.radius:
+            raise ValueError(
+                f"expected bearing_friction * bearing_radius below the radius of the pulley, {self.radius:g} (m), got "
+                f"{coefficient * radius:g}: such a pulley does not turn"
+            )
+        if self.friction_speed is not None and self.friction is None and coefficient is None:
+            raise ValueError("friction_speed needs friction or bearing_friction: add one of these, or remove it")
+        return self
+
+    @property
+    def rubs(self) -> bool:
+        """True if friction changes the tension."""
+        return 0.0 < min(self._coefficients()) < NO_LIMIT
+
+    def damping(self, frame: Sequence[float], tip: Sequence[float]) -> float:
+        """Return the derivative of log(T_platform / T_winch) with the speed at rest, s/m."""
+        if not self.rubs:
+            return 0.0
+        along, arm = np.array(self.numbers()[1:4]), np.array(tip) - frame
+        z = float(arm @ along)
+        c = float(np.linalg.norm(arm - z * along)) - self.radius
+        wrap = (math.atan2(z, -c) - math.acos(min(1.0, self.radius / math.hypot(c, z)))) % math.tau
+        groove, bearing = self._coefficients()
+        loss = min(groove * wrap, 2.0 * math.asinh(bearing * math.sin(0.5 * wrap)))
+        return loss / (self.friction_speed or FRICTION_SPEED)
+
+    def _coefficients(self) -> tuple[float, float]:
+        """Return mu, and k / sqrt(1 - k^2) of the bearing."""
+        groove = NO_LIMIT if self.friction is None else self.friction
+        if self.bearing_friction is None or self.bearing_radius is None:
+            return groove, NO_LIMIT
+        k = self.bearing_friction * self.bearing_radius / self.radius
+        return groove, k / math.sqrt((1.0 - k) * (1.0 + k))
+
     def turned(self, R: NDArray[np.float64]) -> Self:
         """Return the pulley with its axis rotated."""
         x, y, z = (sum(R[i, j] * self.axis[j] for j in range(3)) for i in range(3))
         return self.model_copy(update={"axis": (float(x), float(y), float(z))})
 
     def numbers(self) -> Sequence[float]:
-        """Return radius, unit vector of the axis, and a perpendicular unit vector: the plane if it is undetermined."""
+        """Return radius, unit vector of the axis, a perpendicular one for an undetermined plane, and any friction."""
         along = np.array(self.axis) / np.abs(self.axis).max()
         along /= np.linalg.norm(along)
         side = np.eye(3)[np.argmin(np.abs(along))]
         side -= (side @ along) * along
-        return [self.radius, *along, *side / np.linalg.norm(side)]
+        friction = [*self._coefficients(), 1.0 / (self.friction_speed or FRICTION_SPEED)] if self.rubs else []
+        return [self.radius, *along, *side / np.linalg.norm(side), *friction]
 
     def swivel(self) -> Sequence[float] | None:
         """Return the axis; None for a radius of 0, which is a point."""
@@ -95,8 +173,8 @@ class Pulley(Exit):
 
     def outline(self, frame: Sequence[float], leaving: Sequence[float]) -> list[list[float]]:
         """Return the groove as a circle in the plane of its cable."""
-        _, *values = self.numbers()
-        along, side = np.array(values[:3]), np.array(values[3:])
+        values = self.numbers()
+        along, side = np.array(values[1:4]), np.array(values[4:7])
         arm = np.array(leaving) - frame
         arm -= (arm @ along) * along
         away = arm / np.linalg.norm(arm) if np.linalg.norm(arm) > 0.0 else side

@@ -1,7 +1,8 @@
 // Pulley that swivels about the line on which its cable arrives. SPDX-License-Identifier: Apache-2.0
 //
 // Geometry, derivation and sources: the docstring of this package. World axes, SI units. `numbers`: radius, unit vector
-// of the axis, and a unit vector perpendicular to it for points on the axis, which do not determine a plane.
+// of the axis, and a unit vector perpendicular to it for points on the axis, which do not determine a plane. With
+// friction, further: coefficients of groove and bearing (1e300 for what does not move), and 1 / friction speed, s/m.
 #pragma once
 
 #include <cdpr/cables/exit_result.hpp>
@@ -10,6 +11,8 @@ namespace cdpr::CDPR_TARGET {
 
 struct Pulley {
     static constexpr int RADIUS = 0, AXIS = 1, SIDE = 4, COUNT = 7;
+    static constexpr int GROOVE = 7, BEARING = 8, STEEPNESS = 9, COUNT_WITH_FRICTION = 10;
+    static constexpr double NO_LIMIT = 1e300;
 
     // The wrap angle is counted from minus a quarter turn: round-off about 0 is no full turn.
     static constexpr double TURN = 6.283185307179586, FIRST = -1.5707963267948966;
@@ -43,7 +46,8 @@ struct Pulley {
         const Plane<T> at = plane(anchor, numbers, tip);
         const Truth<T> beyond = (at.z < T(0.0)) & (at.sine < T(0.0)) & (at.cosine > T(0.0));
         const T angle = select(beyond, T(NOT_A_NUMBER), angle_of(at.sine, at.cosine));
-        return {point(anchor, numbers, at), numbers[RADIUS] * select(angle >= T(FIRST), angle, angle + TURN)};
+        const T wrap = select(angle >= T(FIRST), angle, angle + TURN);
+        return {point(anchor, numbers, at), numbers[RADIUS] * wrap, wrap};
     }
 
     // Return the velocity of that point while the tip moves with V, m/s: the tangent turns with the component of V
@@ -58,6 +62,16 @@ struct Pulley {
         const T far = at.c + radius;
         const T swing = select(far > T(0.0), radius * (1.0 - at.cosine) / far, T(0.0));
         return turn * (at.sine * at.out + at.cosine * axis) + swing * (V - forth * at.out - along * axis);
+    }
+
+    // Return the tension towards the winch, as a multiple of that towards the platform, of a cable that moves towards
+    // the platform at a speed, m/s. The groove slips or the bearing turns, whichever takes less.
+    template <class T> static CDPR_INLINE T friction(const T* numbers, T wrap, T speed) {
+        const T angle = larger(wrap, T(0.0));  // round-off
+        T loss = numbers[GROOVE] * angle;
+        if (any(numbers[BEARING] < T(NO_LIMIT)))
+            loss = smaller(loss, 2.0 * inverse_hyperbolic_sine(numbers[BEARING] * sine(0.5 * angle)));
+        return exponential(-hyperbolic_tangent(numbers[STEEPNESS] * speed) * loss);
     }
 
     template <class T> static CDPR_INLINE Vector<T> point(Vector<T> anchor, const T* numbers, Plane<T> at) {

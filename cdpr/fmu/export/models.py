@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from cdpr.base.errors import CdprError
-from cdpr.cables import ACTUATED, chain_of, immediate
+from cdpr.cables import ACTUATED, chain_of, immediate, rubs
 from cdpr.cables.chain import Chain
 from cdpr.fmu.export.control import Control
 from cdpr.fmu.export.loads import Load, load_variables
@@ -322,6 +322,11 @@ def _require_own_tensions(robot: Robot) -> None:
         raise CdprError(
             f"robot '{robot.name}' has ideal cables, so there is no winch to export: set cable.model to {ACTUATED} and "
             "give winch and stiffness, or export the robot without winches"
+        )
+    if rubs(robot):
+        raise CdprError(
+            f"robot '{robot.name}' has pulleys with friction: their wrap angles depend on the platform, which winches "
+            "alone do not know: remove the friction, or export winches and platform in one, with --with-winch"
         )
     for cable, chain in zip(robot.cables, _chains(robot), strict=True):
         if chain.span.bends:

@@ -4,6 +4,7 @@
 #include <cdpr/mechanics/guide.hpp>
 #include <cdpr_backends/reference.hpp>
 #include <cdpr_backends/reference_euler.hpp>
+#include <cdpr_backends/reference_friction.hpp>
 #include <cdpr_backends/reference_guided.hpp>
 #include <cdpr_backends/reference_spherical.hpp>
 
@@ -17,6 +18,8 @@ static constexpr cdpr_entry entries[] = {
     entry<GuideForces<double>, guide_forces<double>>("guide_forces"),
     entry<ReferenceBegin<double>, reference_begin<double>>("reference_begin"),
     entry<ReferenceStep<double>, reference_step<double>>("reference_step"),
+    entry<FrictionStep<double>, friction_step<double>>("friction_step"),
+    entry<ExitTensions<double>, exit_tensions<double>>("exit_tensions"),
     entry<GuidedStep<double>, guided_step<double>>("guided_step"),
     entry<SphericalBegin<double>, spherical_begin<double>>("spherical_begin"),
     entry<SphericalStep<double>, spherical_step<double>>("spherical_step"),
@@ -27,6 +30,8 @@ static constexpr cdpr_entry entries[] = {
     entry<PlatformState<Lanes>, platform_state<Lanes>>("platform_state_lanes"),
     entry<AppliedWrench<Lanes>, applied_wrench<Lanes>>("applied_wrench_lanes"),
     entry<ReferenceStep<Lanes>, reference_step<Lanes>>("reference_step_lanes"),
+    entry<FrictionStep<Lanes>, friction_step<Lanes>>("friction_step_lanes"),
+    entry<ExitTensions<Lanes>, exit_tensions<Lanes>>("exit_tensions_lanes"),
     entry<GuidedStep<Lanes>, guided_step<Lanes>>("guided_step_lanes"),
     entry<SphericalStep<Lanes>, spherical_step<Lanes>>("spherical_step_lanes"),
     entry<EulerFreeStep<Lanes>, euler_free_step<Lanes>>("euler_free_step_lanes"),

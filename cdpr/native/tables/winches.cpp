@@ -12,12 +12,14 @@ static constexpr cdpr_entry entries[] = {
     entry<BentReadings<double>, read_bent_cables<double>>("read_bent_cables"),
     entry<WinchRungeKutta<double>, winch_runge_kutta<double>>("winch_runge_kutta"),
     entry<WinchReading, read_winches>("read_winches"),
+    entry<ExitReading<double>, read_winch_tensions<double>>("read_winch_tensions"),
     entry<Winding, wind>("wind_commands"),
     entry<WinchCommand, take_winch_command>("take_winch_command"),
 #ifndef CDPR_ALONE
     entry<Plant<Lanes>, settle_winches<Lanes>>("settle_winches_lanes"),
     entry<WinchStep<Lanes>, step_winches<Lanes>>("step_winches_lanes"),
     entry<BentReadings<Lanes>, read_bent_cables<Lanes>>("read_bent_cables_lanes"),
+    entry<ExitReading<Lanes>, read_winch_tensions<Lanes>>("read_winch_tensions_lanes"),
     entry<WinchRungeKutta<Lanes>, winch_runge_kutta<Lanes>>("winch_runge_kutta_lanes"),
 #endif
 };

@@ -68,7 +68,7 @@ def command(
     loaded = load_with_warnings(file, changes)
     import numpy as np
 
-    from cdpr.cables import ACTUATED, immediate, with_model
+    from cdpr.cables import ACTUATED, immediate, rubs, with_model
     from cdpr.fmu.export import NATIVE, Actuator, Controller, Load, Model, Plant, write_fmu
     from cdpr.log.files import NAME_OR_FORCE
     from cdpr.mechanics.kinematics import make_state
@@ -101,7 +101,9 @@ def command(
         robot, gravity, state = loaded, np.array(World().gravity), make_state(pose[:3], pose[3:])
     step = step or DEFAULT_STEP
     if not (controller or with_winch or only_winch or immediate(robot)):
-        click.echo(f"{file}: its winches are not exported without --with-winch: tensions act at once", err=True)
+        friction = " and the friction of its pulleys" if rubs(robot) else ""
+        text = f"its winches{friction} are not exported without --with-winch: tensions act at once"
+        click.echo(f"{file}: {text}", err=True)
     control = None
     if isinstance(loaded, Scenario) and (controller or with_controller):
         from cdpr.simulation.exported import control_of

@@ -56,6 +56,7 @@ def command(files: tuple[str, ...], changes: tuple[str, ...], strict: bool, as_j
 def _facts(file: str, changes: tuple[str, ...], *, strict: bool) -> tuple[dict[str, Any], list[str]]:
     """Return the facts of one file without duplicates, and its warnings as lines."""
     from cdpr.base.problems import Problem
+    from cdpr.cables import rubs
     from cdpr.config.problems import judged
     from cdpr.mechanics.restraint import few_cables
     from cdpr.scenario import Scenario, load_any
@@ -66,6 +67,8 @@ def _facts(file: str, changes: tuple[str, ...], *, strict: bool) -> tuple[dict[s
     robot = loaded.robot if isinstance(loaded, Scenario) else loaded
     if few := few_cables(robot):
         notes.append(f"{click.format_filename(file)}: note: {few}")
+    if rubs(robot):
+        notes.append(f"{click.format_filename(file)}: note: friction on pulleys acts in runs only; statics ignore it")
     loop: dict[str, Any] = {}
     if isinstance(loaded, Scenario):
         judged(warnings, strict=strict)

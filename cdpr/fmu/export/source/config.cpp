@@ -192,7 +192,8 @@ static void lay_out(Model& model, Block& numbers, Block& work) {
     model.nominal = numbers.take(13);
     scratch.rate = work.take(m);
     scratch.matrix = work.take(6 * m);
-    scratch.runs = work.take(8 * m);
+    scratch.at_winch = work.take(m);
+    scratch.runs = work.take(size_t(cdpr::CableRun<double>::COUNT) * m);
     scratch.light = work.take(m);
     scratch.mass = work.take(m);
     scratch.pulls = work.take(m);

@@ -19,7 +19,8 @@ static_assert(sizeof(Dual) == 2 * sizeof(double));
 
 // Scratch space: chains, lines, command, tension, length, rate, matrix, runs.
 size_t dual_size(const Model& model) {
-    return 2 * model.cables * (size_t(cdpr::ChainRow<double>::WIDTH) + model.width + 4 + 6 + 8);
+    return 2 * model.cables *
+           (size_t(cdpr::ChainRow<double>::WIDTH) + model.width + 4 + 6 + cdpr::CableRun<double>::COUNT);
 }
 
 // Numbers of a field and their changes along the seed.
@@ -86,7 +87,7 @@ void differentiate(const Model& model, const double* seed, double* slope) {
     };
     Dual *chains = take(size_t(cdpr::ChainRow<double>::WIDTH) * m), *lines = take(model.width * m), *tension = take(m),
          *length = take(m), *rate = take(m);
-    Dual *matrix = take(6 * m), *runs = take(8 * m);
+    Dual *matrix = take(6 * m), *runs = take(size_t(cdpr::CableRun<double>::COUNT) * m);
     Dual state[13], inertial[13], free[6], gravity[3], external[6], applied[6], acceleration[6], beside[6];
     Dual offset[7] = {0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0};
     write_state(seeded, state);

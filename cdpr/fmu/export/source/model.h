@@ -105,7 +105,7 @@ struct Platform {
 
 // Scratch space of a platform.
 struct Scratch {
-    double *rate, *matrix, *runs, *light, *mass, *pulls, *points, *applied, *chains;
+    double *rate, *matrix, *at_winch, *runs, *light, *mass, *pulls, *points, *applied, *chains;
     double *body, *winch, *tension, *highest, *length, *cable_work, *beside, *place;  // for stages and trial steps
 };
 

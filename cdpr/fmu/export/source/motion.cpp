@@ -60,6 +60,7 @@ cdpr::Plant<double> plant_of(const Model& model) {
             s.applied,
             s.rate,
             s.matrix,
+            s.at_winch,
             s.runs,
             s.light,
             s.mass,

@@ -56,6 +56,8 @@ def lines(figures: dict[str, Any]) -> Iterator[str]:
         yield row("nominal model", robot["believed"])
     if robot.get("sag"):
         yield row("cables sag", f"in runs; {robot['sag']}")
+    if robot.get("friction"):
+        yield row("pulleys", f"friction in runs; {robot['friction']}")
     yield f"at {vector(pose['position_m'])} m{turned(pose['orientation_wxyz'])} ({pose['source']})"
     meaning = (CONSTRAINTS if robot["unilateral"] else LEGS)[pose["constraint"]]
     yield row("constraint", f"{pose['constraint']}: {meaning}")
