@@ -243,6 +243,12 @@ DRUMS: tuple[Column, ...] = (
     Column("unstretched_rate", CABLES, "m/s", "Rate of `unstretched_length`"),
     Column("motor_torque", CABLES, "N m", "Torque of the motor about the drum's axis; NaN for an ideal drive"),
 )
+# Drives that apply the commands of winches imperfectly.
+DRIVEN: tuple[Column, ...] = (
+    Column(
+        "drive_command", CABLES, "", f"Command that each drive applies: tension, N, length, m, or rate, m/s; {_HELD}"
+    ),
+)
 # Columns that are NaN for cables without limits, and infinite without a limit on one side, such as after a power cut. A
 # non-finite value in any other column ends a run as diverged.
 NEED_NOT_BE_FINITE = frozenset({"margin", "true_margin", "motor_torque"})
@@ -270,13 +276,14 @@ class ColumnGroup:
 # Groups of columns after `FIRST`. `cdpr.simulation.columns.CONDITIONS` decides them for a scenario; those of a part of
 # the loop are in each run with that part.
 GROUPS: dict[str, ColumnGroup] = {
-    "winched": ColumnGroup(WINCHED, "cables are not ideal, or lose tension on a pulley"),
+    "winched": ColumnGroup(WINCHED, "cables or drives are not ideal, or cables lose tension on a pulley"),
     "friction": ColumnGroup(FRICTION, "a pulley has friction"),
     "drums": ColumnGroup(DRUMS, "a winch takes a length or a rate"),
     "unstretched": ColumnGroup(UNSTRETCHED, "a cable sags, or a winch takes a length or a rate"),
     "sagging": ColumnGroup(SAGGING, "a cable sags (`cable.model: catenary`)"),
     "later": ColumnGroup(LATER, ""),
     "perceived": ColumnGroup(NOMINAL_COLUMNS, "the scenario contains `believed`"),
+    "driven": ColumnGroup(DRIVEN, "the scenario contains `drives`"),
     "loaded": ColumnGroup(LOADED, "the scenario contains an event that changes the mass"),
 }
 

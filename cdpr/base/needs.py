@@ -164,6 +164,13 @@ def of_length_winch() -> Needs:
     return _but({**controllers, **models, "backend": {"features": "winch_commands"}})
 
 
+def of_drives() -> Needs:
+    """Return the needs of imperfect drives: they are in all runs, and neither in exported plants nor controllers."""
+    at_once = no("the commands of its winches act exactly and at once")
+    apart = left_out("the commands of its winches act exactly and at once")
+    return of_run(plant_fmu=at_once, controller_fmu=at_once, mjcf=apart, sdf=apart, urdf=apart)
+
+
 def of_loop_part() -> Needs:
     """Return the needs of a part of the loop that declares none: it is in all runs, and in no export."""
     apart = no("exports contain no further parts of the loop")

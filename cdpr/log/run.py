@@ -128,6 +128,7 @@ class Run(Frozen):
     unstretched_rate = Quantity("unstretched_rate")
     motor_torque = Quantity("motor_torque")
     bending_wrench = Quantity("bending_wrench")
+    drive_command = Quantity("drive_command")
 
     def __post_init__(self) -> None:
         """Make the rows read-only."""

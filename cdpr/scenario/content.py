@@ -190,9 +190,19 @@ class Content:
         return model_of(self.robot) if self.actuators is None else FMU
 
     @property
+    def immediate_cables(self) -> bool:
+        """True if the tensions of all cables equal the commands that the drives apply."""
+        return ideal(self.cable_model) and not rubs(self.robot)
+
+    @property
+    def ideal_drives(self) -> bool:
+        """True if the drives apply all commands exactly and at once."""
+        return self.sections.drives is None or self.sections.drives.ideal
+
+    @property
     def ideal_cables(self) -> bool:
         """True if the tensions of all cables equal their commands."""
-        return ideal(self.cable_model) and not rubs(self.robot)
+        return self.immediate_cables and self.ideal_drives
 
     @property
     def log_every(self) -> int:

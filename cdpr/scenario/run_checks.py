@@ -15,6 +15,7 @@ from cdpr.config.problems import exact
 from cdpr.model import rotations
 from cdpr.scenario.appearance import AT_ORIGIN, FrameSection, ObstacleSection
 from cdpr.scenario.checks import Checks
+from cdpr.scenario.drives_schema import Drives
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.mesh import hull_of
 from cdpr.scenario.motion_checks import MotionChecks
@@ -42,6 +43,7 @@ class RunChecks(Checks):
             log = self.section(Log, ("log",))
             if log:
                 self._multiple(("log", "step"), log.step, simulation.control_step)
+            self._delays(simulation)
         motion.check(initial, simulation.duration if simulation else None)
         motion.guided(initial)
         return motion.motion
@@ -104,6 +106,22 @@ class RunChecks(Checks):
             text = f"must be control_step, {exact(control)} (s), divided by an integer, got {exact(physics)}; "
             self.add_problem(("simulation", "physics_step"), f"{text}nearest: {near}")
         self._multiple(("simulation", "duration"), duration, control)
+
+    def _delays(self, simulation: Simulation) -> None:
+        """Report delays of drives that are no multiples of the control step, and unknown cables."""
+        drives = self.section(Drives, ("drives",))
+        if drives is None:
+            return
+        names = [cable_name(cable, i) for i, cable in self.cables(("robot",))]
+        for name in drives.cables:
+            if names and name not in names:
+                text = f"unknown cable '{name}': expected one of {', '.join(names)}"
+                self.add_problem(("drives", "cables", name), text)
+        delays: dict[Path, float | None] = {("drives", "delay"): drives.delay}
+        delays |= {("drives", "cables", name, "delay"): cable.delay for name, cable in drives.cables.items()}
+        for path, delay in delays.items():
+            if delay:
+                self._multiple(path, delay, simulation.control_step)
 
     def _multiple(self, path: Path, value: float, control: float) -> None:
         if not _is_multiple(value, control):

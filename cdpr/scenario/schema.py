@@ -13,6 +13,7 @@ from cdpr.base.fields import HOME, Name, Positive, Section, Vector3, tab, unit
 from cdpr.base.needs import EVERYWHERE, UNCONCERNED, Needs, left_out, no, of_control, of_run
 from cdpr.scenario.actuator_schema import Actuators
 from cdpr.scenario.appearance import ObstacleSection
+from cdpr.scenario.drives_schema import Drives
 from cdpr.scenario.events import MAX_EVENTS, AnyEvent
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions import AnyMotion
@@ -224,6 +225,12 @@ class ScenarioSection(Section):
     actuators: Actuators | None = Field(
         None,
         description="FMU that simulates the winches, from commands to cable tensions; it replaces robot.cable.model",
+        json_schema_extra=tab("control", 1),
+    )
+    drives: Drives | None = Field(
+        None,
+        description="imperfections of the drives, which apply the commands of the winches late, rounded, limited in "
+        "their rate, or with backlash; default: exactly and at once",
         json_schema_extra=tab("control", 1),
     )
     events: list[AnyEvent] = Field(

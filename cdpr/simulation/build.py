@@ -126,6 +126,7 @@ def build(scenario: Scenario) -> Parts:
             live=frozenset(role for role, entry in chosen.items() if entry.info.properties.get("live", False)),
             columns=parts.columns,
             more=loop_parts(scenario),
+            immediate=scenario.immediate_cables,
             settings=Settings(scenario.options(), {"controller": controller, "solver": solver}),
         )
         opened.pop_all()
@@ -283,7 +284,7 @@ def check_cables(scenario: Scenario, backend: Registered) -> None:
     """
     robot, step = scenario.robot, scenario.simulation.physics_step
     declared = backend.properties(scenario.backend_options(backend.info.name))  # type: ignore[arg-type]
-    if scenario.actuators is not None or scenario.ideal_cables:
+    if scenario.actuators is not None or scenario.immediate_cables:
         return
     known = declared.get("cable_models", (COMMANDED,))
     for i, cable in enumerate(robot.cables):

@@ -38,7 +38,7 @@ def tension_events(status: NDArray[np.generic], step: float, parts: Parts, refus
         refusal: first rejection of a solver's answer, as `cdpr.tension.stage.refusal` returns it.
     """
     meaning = {kind: f"{text}; {FALLBACK.get(parts.policy, 'stopped')}" for kind, text in MEANING.items()}
-    if parts.output == "command":
+    if parts.output != "wrench":
         meaning[Status.NOT_FOUND] = f"{BEYOND}; it was clipped"
     elif not parts.respects_bounds and parts.policy == "best_effort":
         meaning[Status.NOT_FOUND] = CLIPPED

@@ -82,7 +82,7 @@ class Loop:
         self.out = self.written(self.stage)
         loads = Loads(present.view("external"), parts.backend.external)
         attached = LoopBodies(parts, present, self._rebind)
-        about = parts.control_step, parts.robot, self.stage, loads, parts.settings, attached, locked
+        about = parts.control_step, parts.robot, self.stage, loads, parts.settings, attached, locked, present.drive
         self.schedule = Schedule(parts.events, *about)
         self._memory = Memory(parts, present, self.stage, self.schedule, self.calls)
         # Operations that observe the plant, and the first such: made once, because the geometry of pulleys is
@@ -159,14 +159,14 @@ class Loop:
         self.last = last
         self.pipeline.place = 0, 0, 0.0, 0
         self.observe()
-        if self.winding.needs_start:
-            stage = self.stage_of("wrench")
-            assert isinstance(stage, TensionStage)
-            self.winding.hold(self.parts, stage)
         self.pipeline.due = self.schedule.begin()
         self.row[0] = 0.0
         if self.pipeline.due == 0:
             self._happen()
+        if self.winding.needs_start:
+            stage = self.stage_of("wrench")
+            assert isinstance(stage, TensionStage)
+            self.winding.hold(self.parts, stage)
         self._refresh()
         self.sample(0.0)
 

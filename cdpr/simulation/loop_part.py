@@ -34,6 +34,7 @@ class Surroundings:
         seen: (13,), state that controller and tension stage use. It is read-only unless the part declares it in
             `writes`; it equals `state` until a part writes it, in each sample.
         seen_cables: (2, m), lengths, m, and rates, m/s, that the controller measures; likewise, with the true values.
+        imposed: (m,), N, tensions that events impose on cables, such as a break; NaN for none. Read-only.
     """
 
     robot: Robot
@@ -44,6 +45,7 @@ class Surroundings:
     state: Array
     seen: Array
     seen_cables: Array
+    imposed: Array
 
 
 class LoopPart:
@@ -104,6 +106,13 @@ class LoopPart:
 
     def observed(self, period: float) -> Sequence[Operation]:
         """Return the operations after the plant was observed, a control `period` (s) later; 0 at the first sample."""
+        return ()
+
+    def commanded(self) -> Sequence[Operation]:
+        """Return the operations that turn the commands of the winches into those that their drives apply.
+
+        They write the column `drive_command` at each sample, and at the first one up to twice.
+        """
         return ()
 
     def distributed(self) -> Sequence[Operation]:

@@ -10,10 +10,11 @@ from typing import get_args
 from cdpr.base.errors import CdprError
 from cdpr.plugins.info import Role
 from cdpr.scenario import Scenario
+from cdpr.simulation.drives import drives_of
 from cdpr.simulation.loop_part import LoopPart
 
 # Each entry returns its part for a scenario, or None if the scenario has none. Operations run in this order.
-LOOP_PARTS: list[Callable[[Scenario], LoopPart | None]] = []
+LOOP_PARTS: list[Callable[[Scenario], LoopPart | None]] = [drives_of]
 
 
 def loop_parts(scenario: Scenario) -> tuple[LoopPart, ...]:

@@ -54,7 +54,7 @@ class Memory:
         self._owners, self._schedule = (backend, *self._resettable), schedule
         geometry = present.live.W, present.true_W
         self._live = (present.row, *geometry, *present.perceived, *present.anchors, backend.command, backend.external)
-        if present.drive is not present.live.tension:
+        if present.layout.has("drums"):
             self._live += (present.drive,)
 
     def reset(self, start: Array) -> None:

@@ -43,6 +43,7 @@ class Parts:
     live: frozenset[Role] = frozenset()  # parts without a warm-up: a reset would not undo its effects
     nominal: Robot | None = None  # nominal robot of controller and solver, if it differs from the robot
     more: tuple[LoopPart, ...] = ()  # further parts, of `cdpr.simulation.loop_parts`
+    immediate: bool = True  # whether the tensions of the plant equal the commands that drives apply
 
     @property
     def named(self) -> tuple[tuple[str, Backend | Controller | LoopPart], ...]:
@@ -57,7 +58,7 @@ class Parts:
 
     @property
     def ideal_cables(self) -> bool:
-        """True if tensions equal commands; otherwise tensions and work of the cables are read from the backend."""
+        """True if tensions equal commands; otherwise they are read from the backend, or are those of the drives."""
         return not GROUPS["winched"].within(self.columns)
 
     @property

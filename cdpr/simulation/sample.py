@@ -41,7 +41,7 @@ class Sample:
         state, desired: views of it.
         seen: (13,), state that controller and tension stage use; `state` itself if no part writes it.
         seen_cables: (2, m), cable lengths, m, and rates, m/s, that the controller measures; likewise views of `row`.
-        drive: (m,), commands of the plant; the tensions, if no winch takes a length or a rate.
+        drive: (m,), commands of the plant; the tensions, if no winch takes a length or a rate and drives are ideal.
         live: arrays of the tension stage; W is that of the perceived robot at the state `seen`.
         cables: limits and imposed tensions.
         true_W: (6, m) wrench matrix of the simulated robot.
@@ -60,7 +60,9 @@ class Sample:
         self.live = Present(W, view("wrench"), view("tension"), view("status", "at_limit"))
         self.cables = Cables.of(parts.controlled_robot, None if parts.nominal is None else robot)
         bounds = acceleration_bounds(robot, parts.backend.gravity)
-        self.drive = np.zeros(robot.m) if self.layout.has("drums") else self.live.tension
+        self.drive = view("drive_command") if self.layout.has("driven") else self.live.tension
+        if self.layout.has("drums"):
+            self.drive = np.zeros(robot.m)
         self._anchors = anchors = LoopAnchors(parts)
         self._body = Body(anchors.lines(robot), robot.inertial.copy(), parts.backend.gravity, bounds)
         self._readings = ([], []) if parts.ideal_cables else self._reading()
@@ -81,7 +83,7 @@ class Sample:
         arrays = {"seen": self.seen, "seen_cables": self.seen_cables}
         seen, cables = (array if name in part.writes else read_only(array) for name, array in arrays.items())
         about = parts.robot, parts.backend, parts.control_step, self.view, own
-        return Surroundings(*about, read_only(self.state), seen, cables)
+        return Surroundings(*about, read_only(self.state), seen, cables, read_only(self.cables.held))
 
     @property
     def perceived(self) -> tuple[Array, ...]:
@@ -167,6 +169,8 @@ class Sample:
         """Return the operation that reads tensions and work from the plant if cables are not ideal."""
         backend, tension = self._parts.backend, self.view("cable_tension")
         work = self.view("cable_work")
+        if self._parts.immediate:
+            return [Operation("backend", bind("copy", source=self.drive, target=tension))], []
 
         def read_work() -> None:
             work[0] = backend.cable_work()

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr.model import Robot
+from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.scenario.events import ScenarioEvent, first_sample
 from cdpr.simulation.attached import AttachedBodies
@@ -41,6 +42,7 @@ class Schedule:
         settings: options that events may change; None without a controller.
         attached: bodies on the platform.
         locked: (m,), True for cables that the distribution has locked; written.
+        applied: (m,), N, tensions that drives apply to ideal cables; by default those of the stage.
     """
 
     def __init__(
@@ -53,8 +55,10 @@ class Schedule:
         settings: Settings | None = None,
         attached: AttachedBodies | None = None,
         locked: NDArray[np.bool_] | None = None,
+        applied: Array | None = None,
     ) -> None:
         self._stage, self._step = stage, step
+        self._applied = stage.live.tension if applied is None else applied
         self._settings, self._attached = settings, attached
         self._loads = loads
         self._first = stage.cables.copy()
@@ -180,7 +184,7 @@ class Schedule:
     def hold(self, cable: str, tension: float | None) -> None:
         """Hold a cable at this tension (N) from now on, by default at that of the previous sample."""
         at = self._cables[cable]
-        self._stage.cables.held[at] = self._stage.live.tension[at] if tension is None else tension
+        self._stage.cables.held[at] = self._applied[at] if tension is None else tension
         self._imposing = True
 
     def lock(self, cable: str) -> None:

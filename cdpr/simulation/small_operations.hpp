@@ -72,6 +72,14 @@ inline int record_command(GivenCommand& command) {
     return 0;
 }
 
+struct SampleTime {
+    const double* time;  // (1), s
+    static constexpr char fields[] = "time(1)";
+};
+
+// Return 1 after the first sample, which is at time 0.
+inline int later_sample(SampleTime& sample) { return sample.time[0] > 0.0; }
+
 struct Clock {
     const double* clock;  // (1), of an engine, s
     static constexpr char fields[] = "clock(1)";

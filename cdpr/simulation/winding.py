@@ -28,7 +28,7 @@ class Winding:
     control period.
 
     Attributes:
-        drive: (m,), commands of the plant, live: the tensions, if all winches take tensions.
+        drive: (m,), commands of the plant, live: the tensions that drives apply, if all winches take tensions.
         start: (m,), N, tensions before the start of winches that take rates from the controller.
     """
 
@@ -38,6 +38,7 @@ class Winding:
         self.start = np.zeros(parts.robot.m)
         self._reading: list[Operation] = []
         self._placing: list[Operation] = []
+        self._applying = [each for part in parts.more for each in part.commanded()]
         self.drive = present.drive
         if not self._active:
             return
@@ -54,7 +55,10 @@ class Winding:
         readings = parts.backend.winch_readings(unwound, view("unstretched_rate"), view("motor_torque"))
         self._reading = [Operation("backend", do) for do in readings]
         wind = bind("wind_commands", **self._given, tension=present.live.tension)
-        self._wind = Operation("distribution", wind)
+        self._wind = Operation("distribution", wind, telling=True)
+        if present.layout.has("driven"):
+            driven = bind("drive_winches", **self._given, applied=view("drive_command"))
+            self._applying.append(Operation("drives", driven, telling=True))
 
     def stage(self) -> WinchStage:
         """Return the stage for commands of the winches."""
@@ -67,17 +71,26 @@ class Winding:
         return [*self._placing, *self._reading]
 
     def after(self, stage: Stage) -> list[Operation]:
-        """Return the operations after a stage, which write the commands of the winches."""
-        return [self._wind] if self._active and not isinstance(stage, WinchStage) else []
+        """Return the operations after a stage, which write the commands of the winches and apply them."""
+        winding = [self._wind] if self._active and not isinstance(stage, WinchStage) else []
+        return [*winding, *self._applying]
 
     def again(self, stage: Stage) -> list[Operation]:
-        """Return the operations after the plant has evaluated its cables, which starts the winches at first.
+        """Return the operations after the plant has evaluated its cables.
 
-        Before that, the command of an ideal drive was its length.
+        At the first sample this starts the winches. Before that, the command of an ideal drive was its length.
         """
         if not self._active:
             return []
-        return [*self._reading, *(stage.operations if isinstance(stage, WinchStage) else [self._wind])]
+        winding = stage.operations if isinstance(stage, WinchStage) else [self._wind]
+        starting = [*winding, *self._applying]
+        return [*self._reading, self._only_at_start(len(starting)), *starting]
+
+    def _only_at_start(self, count: int) -> Operation:
+        """Return the operation that skips this number of following ones, except at the first sample."""
+        later = bind("later_sample", time=self._present.view("time"))
+        handled = bind("not_finite", values=np.zeros(1))  # returns 0
+        return Operation("distribution", later, lambda _: None, skip=count, mend=handled)
 
     @property
     def needs_start(self) -> bool:
@@ -85,9 +98,9 @@ class Winding:
         return self._parts.output == "winch" and RATE in commands_of(self._parts.robot)
 
     def hold(self, parts: Parts, stage: TensionStage) -> None:
-        """Write into `start` the tensions by which a stage holds the weight of the present robot at this sample."""
+        """Write into `start` the tensions by which a stage holds the weight of the plant, with its payload, at rest."""
         present = self._present
         still = np.concatenate([present.seen[:7], np.zeros(6)])
-        present.live.wrench[:] = required_wrench(parts.perceived_robot, still, parts.backend.gravity)
+        present.live.wrench[:] = required_wrench(parts.backend.robot, still, parts.backend.gravity)
         stage.distribute()
         self.start[:] = present.live.tension

@@ -17,6 +17,12 @@ CDPR_INLINE void account(Limits<T> limits, const T* matrix, const T* tension, co
     report[3] = margin.at_limit;
 }
 
+// Return whether a command, N, of cable i is beyond its limits; that of a locked cable, whose limits are equal, is not.
+inline bool beyond(const Limits<double>& limits, int64_t i, double command, double tolerance) {
+    const double low = limits.low[i], high = limits.high[i];
+    return low < high && !(low - tolerance <= command && command <= high + tolerance);
+}
+
 struct Command {
     const double* command;  // (m), N; ignored for a locked cable, whose limits are equal
     const double* limits;   // (2, m), N
@@ -39,9 +45,8 @@ inline int take_command(Command& p) {
     const double tolerance = LIMIT_TOLERANCE * newton(limits);
     int status = OK;
     for (int64_t i = 0; i < p.m; i++) {
-        const double low = limits.low[i], high = limits.high[i], t = p.command[i];
-        if (low < high && !(low - tolerance <= t && t <= high + tolerance)) status = NOT_FOUND;
-        p.tension[i] = smaller(larger(t, low), high);
+        if (beyond(limits, i, p.command[i], tolerance)) status = NOT_FOUND;
+        p.tension[i] = smaller(larger(p.command[i], limits.low[i]), limits.high[i]);
     }
     p.report[0] = double(status);
     account<double>(limits, p.matrix, p.tension, nullptr, p.wrench, p.report);

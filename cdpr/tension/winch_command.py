@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from cdpr.base.errors import Diverged
 from cdpr.model import Robot
 from cdpr.native.bind import bind
 from cdpr.tension.command import CommandStage
@@ -19,7 +18,7 @@ class WinchStage(CommandStage):
 
     Args:
         robot: nominal robot.
-        policy: as for `CommandStage`.
+        policy: as for `CommandStage`; it concerns commands that are tensions.
         live: current sample; wrench, tension and report are results.
         cables: limits; tensions are clipped to them. Lengths and rates are not.
         arguments: further arrays of the operation `take_winch_command`, see `cdpr/tension/winding.hpp`.
@@ -30,8 +29,12 @@ class WinchStage(CommandStage):
     ) -> None:
         super().__init__(robot, policy, live, cables)
         shared = {"limits": cables.limits, "matrix": live.W, "tension": live.tension, "wrench": live.wrench}
-        take = bind("take_winch_command", **shared, **arguments, report=live.report, given=self.command)
-        self.operations = [Operation("distribution", take, self._refuse_command)]
-
-    def _refuse_command(self, _: int) -> None:
-        raise Diverged("the controller put out a command that is not finite")
+        take = bind(
+            "take_winch_command",
+            **shared,
+            **arguments,
+            report=live.report,
+            given=self.command,
+            stop=int(policy == "stop"),
+        )
+        self.operations = [Operation("distribution", take, self._refuse)]

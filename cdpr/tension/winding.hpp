@@ -97,6 +97,25 @@ inline int wind(Winding& p) {
     return 0;
 }
 
+// Commands that imperfect drives apply.
+struct AppliedCommands {
+    Drives drives;
+    const double* applied;  // (m), N, m or m/s
+    static constexpr auto fields = extended(Drives::fields, "applied(m)");
+};
+
+// Write the commands of the kernels for the applied ones, except the start lengths of winches that take rates.
+inline int drive_winches(AppliedCommands& p) {
+    const Drives& drives = p.drives;
+    for (int64_t i = 0; i < drives.cables.m; i++) {
+        const double kind = chain_row(drives.cables.chains, i).winch_kind();
+        if (!drives.started(i) && drives.takes[i] == RATE_COMMAND) continue;
+        const bool winds = drives.started(i) && drives.takes[i] == LENGTH_COMMAND && command_of(kind) == RATE_COMMAND;
+        drives.drive[i] = winds ? (p.applied[i] - drives.unwound[i]) / drives.period : p.applied[i];
+    }
+    return 0;
+}
+
 // Commands of a controller in the units of the winches.
 struct WinchCommand {
     Drives drives;
@@ -107,23 +126,28 @@ struct WinchCommand {
     double* tension;       // (m), N
     double* wrench;        // (6), N and N m
     double* report;        // (4), as in Command
-    static constexpr auto fields =
-        extended(Drives::fields,
-                 "given(m), start(m), limits(2, m), matrix(6, m), both tension(m), both wrench(6), both report(4)");
+    int64_t stop;          // as in Command
+    static constexpr auto fields = extended(
+        Drives::fields,
+        "given(m), start(m), limits(2, m), matrix(6, m), both tension(m), both wrench(6), both report(4), stop");
 };
 
 // Write the commands, and the tensions that the nominal robot then has at rest: commanded tensions are clipped to the
-// limits. Return BAD_INPUT, and write nothing, for a command that is not finite.
+// limits. Return as `take_command`.
 inline int take_winch_command(WinchCommand& p) {
     const Drives& drives = p.drives;
     const int64_t m = drives.cables.m;
     for (int64_t i = 0; i < m; i++)
         if (!finite(p.given[i])) return BAD_INPUT;
+    const Limits<double> limits = {p.limits, p.limits + m, m};
+    const double tolerance = LIMIT_TOLERANCE * newton(limits);
+    int status = OK;
     for (int64_t i = 0; i < m; i++) {
         const SeenCable cable = drives.cables.at(i);
         const double given = p.given[i];
         if (drives.takes[i] == TENSION_COMMAND) {
-            p.tension[i] = smaller(larger(given, p.limits[i]), p.limits[m + i]);
+            if (beyond(limits, i, given, tolerance)) status = NOT_FOUND;
+            p.tension[i] = smaller(larger(given, limits.low[i]), limits.high[i]);
             drives.command[i] = drives.drive[i] = p.tension[i];
         } else if (drives.takes[i] == LENGTH_COMMAND) {
             drives.unwind_to(i, given);
@@ -134,9 +158,9 @@ inline int take_winch_command(WinchCommand& p) {
             p.tension[i] = drives.started(i) ? cable.tension_at(drives.unwound[i]) : p.start[i];
         }
     }
-    p.report[0] = double(OK);
-    account<double>({p.limits, p.limits + m, m}, p.matrix, p.tension, nullptr, p.wrench, p.report);
-    return OK;
+    p.report[0] = double(status);
+    account<double>(limits, p.matrix, p.tension, nullptr, p.wrench, p.report);
+    return p.stop ? status : int(OK);
 }
 
 }  // namespace cdpr::CDPR_TARGET

@@ -124,7 +124,10 @@ def test_workers_reject_cases_of_a_process_with_other_parts(loop, tmp_path):
     (outcome,) = run_cases([case], jobs=1, timeout=60.0)
     assert outcome.status == "failed"
     assert outcome.message.startswith("parts of the loop: expected test_needs_of_parts.loop.<locals>.load.<locals>.")
-    assert "got none in its worker: add them to LOOP_PARTS in a file for --plugin" in outcome.message
+    assert (
+        "got cdpr.simulation.drives.drives_of in its worker: add them to LOOP_PARTS in a file for --plugin"
+        in outcome.message
+    )
 
 
 class Maker:

@@ -12,7 +12,7 @@ import numpy as np
 from cdpr.base.errors import FormatError
 from cdpr.base.nearest import did_you_mean
 from cdpr.base.problems import shown
-from cdpr.cables import chain_of
+from cdpr.cables import chain_of, takes_lengths
 from cdpr.formats.write import TARGETS
 from cdpr.mechanics.properties import home_pose
 from cdpr.model import Robot
@@ -128,9 +128,11 @@ def left_out(subject: Subject, to: str) -> list[str]:
 def only_ideal(robot: Robot, what: str) -> None:
     """Raise FormatError if a cable has a winch, elasticity or a pulley, which the format does not support."""
     if wound := _wound(robot):
+        changes = ["cable.model=ideal", *(["winch.type=torque"] if takes_lengths(robot) else [])]
         raise FormatError(
             f"robot '{robot.name}': {what} does not support winches and elastic cables: {', '.join(wound)}; to omit "
-            "them, set cable.model: ideal (--set robot.cable.model=ideal, of a robot file cable.model=ideal)"
+            f"them, set {' and '.join(each.replace('=', ': ') for each in changes)} "
+            f"({' '.join(f'--set robot.{each}' for each in changes)}, of a robot file {' and '.join(changes)})"
         )
     if rolled := _rolled(robot):
         raise FormatError(

@@ -1,5 +1,6 @@
 // Simulation: operations of the loop. SPDX-License-Identifier: Apache-2.0
 #include <cdpr/group.hpp>
+#include <cdpr/simulation/drives.hpp>
 #include <cdpr/simulation/loads.hpp>
 #include <cdpr/simulation/observe.hpp>
 #include <cdpr/simulation/small_operations.hpp>
@@ -11,11 +12,13 @@ static constexpr cdpr_entry entries[] = {
     entry<Geometry<double>, observe_nominal<double>>("observe_nominal"),
     entry<Exertion<double>, exert<double>>("exert"),
     entry<BentExertion<double>, exert_bent<double>>("exert_bent"),
+    entry<ImperfectDrives, apply_drives>("apply_drives"),
     entry<ExternalLoads, external_loads>("external_loads"),
     entry<Copy<double>, copy<double>>("copy"),
     entry<Stamp<double>, stamp<double>>("stamp"),
     entry<Values<double>, not_finite<double>>("not_finite"),
     entry<GivenCommand, record_command>("record_command"),
+    entry<SampleTime, later_sample>("later_sample"),
     entry<Clock, clock_differs>("clock_differs"),
     entry<PowerOff<double>, power_off<double>>("power_off"),
 #ifndef CDPR_ALONE

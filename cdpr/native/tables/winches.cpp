@@ -14,6 +14,7 @@ static constexpr cdpr_entry entries[] = {
     entry<WinchReading, read_winches>("read_winches"),
     entry<ExitReading<double>, read_winch_tensions<double>>("read_winch_tensions"),
     entry<Winding, wind>("wind_commands"),
+    entry<AppliedCommands, drive_winches>("drive_winches"),
     entry<WinchCommand, take_winch_command>("take_winch_command"),
 #ifndef CDPR_ALONE
     entry<Plant<Lanes>, settle_winches<Lanes>>("settle_winches_lanes"),
