@@ -117,7 +117,7 @@ class Loop:
                 self._try_control()
             self.schedule.warm_up()
             if "backend" not in parts.live:
-                perform([*self.winding.before(), *self.winding.after(self.stage)])
+                perform([*self.winding.reading(), *self.winding.commanding(self.stage)])
                 parts.backend.command[...] = self.winding.drive
                 parts.backend.read_tension(self.tension)
                 parts.backend.step(parts.substeps)
@@ -325,8 +325,8 @@ class Loop:
     def through(self, stage: TensionStage | CommandStage) -> list[Operation]:
         """Return the operations that complete a sample from the input of the stage."""
         winding = self.winding
-        distributing = [*winding.before(), *self.schedule.through(stage), *winding.after(stage)]
-        return [*self.present.completing(distributing, self.parts.events), *winding.again(stage)]
+        distributing = [*winding.reading(), *self.schedule.through(stage), *winding.commanding(stage)]
+        return [*self.present.completing(distributing, self.parts.events), *winding.starting(stage)]
 
     def _plan(self, before: Pipeline | None = None) -> None:
         """Make the pipeline of a step; it continues at the position of `before`."""

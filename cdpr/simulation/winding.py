@@ -66,16 +66,16 @@ class Winding:
         given = {**self._given, "start": self.start}
         return WinchStage(parts.controlled_robot, parts.policy, present.live, present.cables, given)
 
-    def before(self) -> list[Operation]:
+    def reading(self) -> list[Operation]:
         """Return the operations before a stage, which read the winches."""
         return [*self._placing, *self._reading]
 
-    def after(self, stage: Stage) -> list[Operation]:
+    def commanding(self, stage: Stage) -> list[Operation]:
         """Return the operations after a stage, which write the commands of the winches and apply them."""
         winding = [self._wind] if self._active and not isinstance(stage, WinchStage) else []
         return [*winding, *self._applying]
 
-    def again(self, stage: Stage) -> list[Operation]:
+    def starting(self, stage: Stage) -> list[Operation]:
         """Return the operations after the plant has evaluated its cables.
 
         At the first sample this starts the winches. Before that, the command of an ideal drive was its length.
@@ -83,7 +83,7 @@ class Winding:
         if not self._active:
             return []
         winding = stage.operations if isinstance(stage, WinchStage) else [self._wind]
-        starting = [*winding, *self._applying]
+        starting = [each._replace(telling=False) for each in (*winding, *self._applying)]
         return [*self._reading, self._only_at_start(len(starting)), *starting]
 
     def _only_at_start(self, count: int) -> Operation:

@@ -126,10 +126,12 @@ def test_cables_of_one_robot_differ():
     assert np.isnan(run["motor_torque"][:, 1:]).all()
 
 
-def test_rates_start_from_tensions_that_hold_the_platform():
-    run = cdpr.simulate(
-        camera(winch={"type": "velocity"}, **{"trajectory": {"type": "hold"}, "simulation.duration": 0.5})
-    )
+@pytest.mark.parametrize("load", [{}, {"events": [{"type": "payload", "time": 0.0, "mass": 5.0}]}])
+@pytest.mark.parametrize("believed", [{}, {"believed": {"platform": {"mass": 8.0}}}])
+def test_rates_start_from_tensions_that_hold_the_platform(load, believed):
+    """With a payload of the first sample, and also if the nominal mass is wrong."""
+    still = {"trajectory": {"type": "hold"}, "simulation.duration": 0.5}
+    run = cdpr.simulate(camera(winch={"type": "velocity"}, **still, **load, **believed))
     assert np.abs(run.position - run.position[0]).max() < AT_REST
     assert not run.winch_command.any()
 
@@ -282,3 +284,44 @@ def test_exports_without_such_commands_are_rejected(tmp_path):
             cdpr.CdprError, match=r"the command of a cable is a tension there; set winch\.type to torque"
         ):
             cdpr.export(camera(), to, out=tmp_path / to)
+
+
+class TooHigh(cdpr.plugins.Controller):
+    """One line at a tension beyond its limits from 0.01 s on, the others at constant lengths."""
+
+    output = "command"
+
+    def control(self, time, state, desired, out):
+        out[:] = np.linalg.norm(ANCHORS - [0.0, 0.0, 1.0], axis=1)
+        out[0] = 100.0 if time < 0.009 else 500.0
+
+
+@pytest.mark.parametrize("policy", ["best_effort", "stop"])
+def test_commanded_tensions_beyond_the_limits(policy):
+    one = {"robot.cables[0].winch": TORQUE, "solver.infeasible": policy, "simulation.duration": 0.03}
+    if policy == "stop":
+        with pytest.raises(cdpr.LimitViolation, match=r"t = 0\.01 s: the controller's command is beyond") as caught:
+            cdpr.simulate(camera(**one), controller=TooHigh)
+        run = caught.value.run
+        assert len(run.time) == 6
+    else:
+        run = cdpr.simulate(camera(**one), controller=TooHigh)
+        assert [event.text for event in run.events if event.kind == "not_found"] == [
+            "the controller's command is beyond the tension limits; it was clipped (11 samples)"
+        ]
+    assert run.winch_command[4:6, 0].tolist() == [100.0, 400.0]
+    assert run.solver_status[4:6].tolist() == [cdpr.tension.Status.OK, cdpr.tension.Status.NOT_FOUND]
+
+
+def test_the_last_row_of_an_infeasible_run_has_its_own_commands():
+    changes = {"controller": {"type": "computed_torque"}, "solver.infeasible": "stop", "simulation.duration": 0.5}
+    push = {"type": "wrench", "time": 0.1, "force": [0, 0, -200.0]}
+    limit = {"type": "limits", "time": 0.1, "max": 20.0}
+    with pytest.raises(cdpr.Infeasible) as caught:
+        cdpr.simulate(camera(**changes, drives={"delay": 0.004}, events=[push, limit]))
+    run = caught.value.run
+    rest = run.tension[-1] / 2e4
+    wanted = run.length[-1] / (1.0 + rest)
+    later = 0.002 * run.rate[-1] / (1.0 + rest)  # an ideal drive reaches it at the end of the period
+    np.testing.assert_allclose(run.winch_command[-1], wanted + later, rtol=0.0, atol=1e-12)
+    assert same_bits(run["drive_command"][-1], run.winch_command[-3])
