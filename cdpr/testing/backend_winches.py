@@ -7,8 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from cdpr.cables import MODELS
+from cdpr.cables.tables import line_table
+from cdpr.mechanics.cable_geometry import cable_geometry
 from cdpr.mechanics.energy import energy
 from cdpr.model import Robot, Winch
+from cdpr.plugins.backend import Operations
 from cdpr.testing import samples
 from cdpr.testing.backend_physics import NO_WRENCH, ONE_STEP, SHORT
 from cdpr.testing.check import Check, expect, expect_close, needs
@@ -18,7 +21,14 @@ from cdpr.testing.subjects import BackendSubject
 WINCH = Winch(drum_radius=0.05, inertia=5e-3, viscous_friction=0.05)
 STIFFNESS, DAMPING = 1e5, 100.0  # N, N s/m
 STEP, STEPS = 2e-4, 500
+HELD = 5e-3  # m, deviation of a servo under a changing load
 BALANCED = 1e-2  # tolerance of the energy as a share of the work; a first-order engine has a thousandth
+# Winches that take rates and lengths.
+IDEAL, SERVO = (
+    Winch(type="velocity"),
+    replace(WINCH, type="position", own={"position_gain": 50.0, "velocity_gain": 10.0}),
+)
+PULL = 300.0  # N, at the start
 APART = 1.0  # N, minimum difference between commands of some hundred newtons and tensions, by friction and inertia
 
 
@@ -29,6 +39,12 @@ def winched(model: str) -> Robot:
         replace(c, winch=WINCH, axial_stiffness=STIFFNESS, damping=DAMPING, linear_density=0.0) for c in robot.cables
     )
     return replace(robot, cables=cables, cable_model=model)
+
+
+def drives(winch: Winch) -> Robot:
+    """Return the free robot on elastic cables with these winches."""
+    robot = winched("elastic")
+    return replace(robot, cables=tuple(replace(cable, winch=winch) for cable in robot.cables))
 
 
 def winches_pull_as_reported(subject: BackendSubject) -> None:
@@ -68,4 +84,47 @@ def winches_pull_as_reported(subject: BackendSubject) -> None:
         subject.close(backend)
 
 
-CHECKS = [Check(winches_pull_as_reported)]
+def winches_wind_as_commanded(subject: BackendSubject) -> None:
+    """Winches that take lengths or rates unwind what their commands say.
+
+    The first command of a winch is the unwound length at its start: before it, the reported length is NaN. Then an
+    ideal drive has exactly the commanded rate. A position servo stays at a constant length. The tensions are those of
+    the stretched cables. Skipped if the backend does not declare `winch_commands` in its property `features`.
+    """
+    features = subject.properties.get("features", ())
+    needs(isinstance(features, tuple | list) and "winch_commands" in features, "it does not declare winch_commands")
+    start = samples.state(np.random.default_rng(17), speed=0.0, tilt=0.2)
+    lengths = cable_geometry(line_table(samples.free()), start)[1] / (1.0 + PULL / STIFFNESS)
+    rates = np.linspace(-0.2, 0.2, 8)
+    for winch in (IDEAL, SERVO):
+        robot = drives(winch)
+        backend = subject.make(start, robot, step=STEP)
+        unwound, rate, torque, tension = (np.full(8, -1.0) for _ in range(4))
+        reading = backend.winch_readings(unwound, rate, torque)
+        for run in ("first run", "run after a reset"):
+            backend.reset(start)
+            _perform(reading)
+            expect(bool(np.isnan(unwound).all()), f"unwound lengths before the first command are {unwound}, {run}")
+            backend.command[:] = lengths
+            backend.read_tension(tension)
+            _perform(reading)
+            expect_close(unwound, lengths, 1e-12, f"unwound lengths at the start, m, {run}")
+            expect_close(tension, np.full(8, PULL), 1e-6, f"tensions at the start, N, {run}")
+            backend.command[:] = rates if winch is IDEAL else lengths
+            backend.step(STEPS)
+            backend.read_tension(tension)
+            _perform(reading)
+            wanted, tolerance = (lengths + STEPS * STEP * rates, 1e-10) if winch is IDEAL else (lengths, HELD)
+            expect_close(unwound, wanted, tolerance, f"unwound lengths of {winch.type} winches, m, {run}")
+            _, length, later = cable_geometry(line_table(robot), backend.state)
+            pull = STIFFNESS * (length - unwound) / unwound + DAMPING * (later - rate)
+            expect_close(tension, np.maximum(pull, 0.0), 1e-6, f"tensions of the stretched cables, N, {run}")
+        subject.close(backend)
+
+
+def _perform(operations: Operations) -> None:
+    for do in operations:
+        do()
+
+
+CHECKS = [Check(winches_pull_as_reported), Check(winches_wind_as_commanded)]

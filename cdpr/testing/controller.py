@@ -185,6 +185,11 @@ def on_target_it_carries_the_weight(subject: ControllerSubject) -> None:
         expect_close(wrench, wanted, 1e-9, "wrench on target, N and N m")
 
 
+def _needs_pulls(subject: ControllerSubject) -> None:
+    _needs_feedback(subject)
+    needs(subject.pulls, "its output is lengths or rates of cables, not tensions")
+
+
 def _needs_feedback(subject: ControllerSubject) -> None:
     needs(subject.properties.get("feedback", True), "it declares feedback: false")
 
@@ -193,9 +198,10 @@ def it_pulls_towards_the_target(subject: ControllerSubject) -> None:
     """If the target moves away from the platform, the wrench towards the target increases.
 
     The kit shifts the target along each axis: the force along this axis must increase. It also rotates the target about
-    each axis: the moment about this axis must increase. Skipped if the controller declares `feedback: false`.
+    each axis: the moment about this axis must increase. Skipped if the controller declares `feedback: false`, or if its
+    output is lengths or rates.
     """
-    _needs_feedback(subject)
+    _needs_pulls(subject)
     robot, state = samples.braced(), _rest(4)
     W = kinematics.wrench_matrix(robot, state)
     balance = _wrench(subject, W, subject.compute(subject.make(robot), state, _target(state)))
@@ -263,9 +269,10 @@ def nan_shows(subject: ControllerSubject) -> None:
 def it_settles(subject: ControllerSubject) -> str:
     """Within three seconds, the controller moves the platform at least halfway to its target.
 
-    At the start, the distance to the target is 3 cm and 0.03 rad. Skipped if the controller declares `feedback: false`.
+    At the start, the distance to the target is 3 cm and 0.03 rad. Skipped if the controller declares `feedback: false`,
+    or if its output is lengths or rates.
     """
-    _needs_feedback(subject)
+    _needs_pulls(subject)
     robot, step = samples.braced(), 5e-3
     controller = subject.make(robot, step=step)
     target = _target(_rest(7))

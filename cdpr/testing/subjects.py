@@ -178,6 +178,11 @@ class ControllerSubject(_Subject):
         """True if the output is the command of each cable instead of a wrench."""
         return bool(self.properties.get("output", "wrench") in COMMANDS)
 
+    @property
+    def pulls(self) -> bool:
+        """True if the output is a wrench or tensions; False for lengths or rates."""
+        return self.properties.get("output", "wrench") not in ("length", "rate")
+
     def make(self, robot: Robot, gravity: Array = GRAVITY, step: float = 1e-3) -> Controller:
         """Create a controller, connected to a tension stage with an empty report."""
         controller: Controller = self._create(robot, gravity, step, self.options)

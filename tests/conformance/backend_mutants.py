@@ -337,6 +337,24 @@ class IdealAnyway(Wrapped):
         super().__init__(replace(robot, cable_model="ideal"), *rest)
 
 
+class LateRates(Wrapped):
+    """Its winches unwind at half of the commanded rates."""
+
+    def winch_readings(self, *arrays):
+        return self.inner.winch_readings(*arrays)
+
+    def read_tension(self, tension):
+        self.inner.command[:] = self.command
+        self.inner.read_tension(tension)
+
+    def step(self, n):
+        given = self.command.copy()
+        if np.abs(given).max() < 1.0:
+            self.command *= 0.5
+        super().step(n)
+        self.command[:] = given
+
+
 ORDER = {"order": 4}
 
 
@@ -388,6 +406,7 @@ MUTANTS = {
         {},
         ["held_directions_stay", "guided_wrench_accelerates", "spherical_origin_stays", "spherical_wrench_accelerates"],
     ),
+    LateRates: ({"features": ["winch_commands"]}, ["winches_wind_as_commanded"]),
     IdealAnyway: ({"cable_models": ["ideal", "elastic"]}, ["winches_pull_as_reported"]),
     WrongHinge: ({}, ["guided_state_round_trip", "spherical_state_round_trip"]),
 }
