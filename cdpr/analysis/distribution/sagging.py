@@ -58,7 +58,7 @@ def static_tensions(
     scale = np.repeat([1.0, 1.0 / robot.characteristic_length], 3)
     added, open_rows = np.zeros_like(load), np.ones(len(poses), dtype=bool)
     for _ in range(MOST_ROUNDS):
-        beside = sagging_wrench(robot, poses, found.tension, down)
+        beside = sagging_wrench(robot, np.ascontiguousarray(poses), found.tension, down)
         changed = np.linalg.norm((beside - added)[:, robot.rows] * scale[robot.rows], axis=1)
         largest = np.linalg.norm(load * scale, axis=1) + np.abs(found.tension).max(axis=1)
         open_rows = ~(changed <= EXACT * largest)
