@@ -16,6 +16,7 @@ CHORD = (
     "equilibria, stiffness and frequencies include it; static tensions, capacities, dexterity, sizing, forward "
     "kinematics and clearances use the chords, without weight"
 )
+DRAWN = "cables that sag are drawn as straight lines, and clearances are those of these lines"
 SIZED = "cables sag: lengths are those of the chords, and tensions that are not of a run leave out the cables' weight"
 
 
