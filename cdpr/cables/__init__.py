@@ -11,6 +11,7 @@ and a span each:
 - `elastic`: two states per cable, the unstretched length l0 (m) between drum and platform, l0' = -r w, and w. It starts
   with the first commanded tension and winds at the rate of the length.
 - `catenary`: the same winch, with a cable that stretches and sags under its weight (`cdpr.cables.catenary`).
+- `tabulated`: the same winch, with a cable that stretches by a measured curve (`cdpr.cables.tabulated`).
 
 `winch.type` replaces the winch of a model that stretches: `position` and `velocity` take a length or its rate as their
 command (`cdpr.cables.ideal_drive`, `cdpr.cables.servo`).
@@ -38,6 +39,7 @@ from cdpr.cables.exit import Exit
 from cdpr.cables.ideal_drive import IDEAL_DRIVE
 from cdpr.cables.inextensible import INEXTENSIBLE
 from cdpr.cables.servo import POSITION_SERVO, VELOCITY_SERVO
+from cdpr.cables.tabulated import TABULATED
 from cdpr.model import Cable, Robot
 from cdpr.model.robot import COMMANDED
 
@@ -58,6 +60,7 @@ MODELS = {
     "rigid": Chain(DRUM, INEXTENSIBLE),
     "elastic": Chain(DRUM, ELASTIC),
     "catenary": Chain(DRUM, CATENARY),
+    "tabulated": Chain(DRUM, TABULATED),
 }
 
 # Types of winches in robot files, for cables that stretch: each without and with the inertia of a drum.

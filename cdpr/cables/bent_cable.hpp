@@ -18,4 +18,12 @@ template <class T> struct BentCable {
     T tension;        // N, at the winch
 };
 
+// Rates of the ends and of the unwound length of a bent span.
+struct BentMotion {
+    Vector<double> chord;           // m/s
+    double wrapped_length;          // m/s
+    Vector<double> exit_to_anchor;  // m/s
+    double unwound;                 // m/s
+};
+
 }  // namespace cdpr::CDPR_TARGET

@@ -28,6 +28,20 @@ template <class T> CDPR_INLINE ChainRow<T> chain_row(const T* chains, int64_t i)
     return {chains + i * ChainRow<T>::WIDTH};
 }
 
+// Return the unwound length, m, of a span that stretches, at rest with a tension, N, at its winch. `length`: of its
+// path from the platform to the winch, m; `ends`: used by spans that bend.
+template <class T> CDPR_INLINE T unwound_length(ChainRow<T> row, const BentSpan<T>& ends, T length, T tension) {
+    const T kind = row.span_kind();
+    return bends(kind) ? bent_rest(kind, ends, tension) : rest(kind, row.span(), length, tension);
+}
+
+// Return the tension, N, at the winch of a span that stretches, at rest with this unwound length, m.
+template <class T> CDPR_INLINE T tension_at(ChainRow<T> row, const BentSpan<T>& ends, T length, T unwound) {
+    const T kind = row.span_kind(), still = 0.0;
+    if (bends(kind)) return bent_pull(kind, ends, unwound, still, row.lowest()).tension;
+    return pull(kind, row.span(), length, unwound, still, row.lowest());
+}
+
 // State numbers of all winches, cable by cable: of a cable that stretches the unwound length, m, and the speed of its
 // winch, rad/s, positive when winding in; then the winch's own.
 template <class T> struct WinchStates {

@@ -32,7 +32,7 @@ MOST_STATES = 16  # maximum states of a winch, as in winch_tension.hpp
 TAKEN = {
     "cable": (
         *("name", "frame", "platform", "tension", "tension_min", "tension_max", "length", "length_min", "length_max"),
-        *("speed_max", "winch", "exit", "model", "own"),
+        *("speed_max", "winch", "exit", "model", "own", "stiffness_table"),
     ),
     "winch": ("build", "own", "type"),
 }
@@ -49,6 +49,7 @@ class Number:
         text: description; up to the first comma, after "the", it names what a cable lacks.
         default: default value; None if the part requires one.
         exact: unit as in FMUs, if more precise.
+        table: key of the table in robot files that contains it; "" for a key of its own.
     """
 
     name: str
@@ -57,6 +58,7 @@ class Number:
     text: str
     default: float | None = None
     exact: str = ""
+    table: str = ""
 
     def __post_init__(self) -> None:
         """Raise CdprError for values that robot files and FMUs do not support."""
@@ -76,6 +78,11 @@ class Number:
     def key(self) -> str:
         """Key at that place."""
         return self.name.partition(".")[2]
+
+    @property
+    def file_key(self) -> str:
+        """Key at that place in robot files."""
+        return self.table or self.key
 
     @property
     def positive(self) -> bool:
@@ -100,7 +107,7 @@ class Number:
         if value is None or math.isnan(value):
             if without is not None:
                 return without
-            lacking = self.owner if holder is None else self.key
+            lacking = self.owner if holder is None else self.file_key
             raise CdprError(f"cable '{cable.name}' has no {lacking}, which its cable model needs")
         return float(value)
 
@@ -208,13 +215,18 @@ class Span(Part):
 
     Kernel of a span that bends: in place of the length it takes a `BentSpan` (chord, m, from the platform to the exit,
     world axes; length of cable on the exit, m; gravity, m/s^2). `pull(span, unwound, lowest)` returns the force on the
-    platform and the tension at the winch, N; `rest(span, tension)` is as above.
+    platform and the tension at the winch, N; `rest(span, tension)` is as above. Equilibria and stiffness also need its
+    derivatives and its energy, `bent_rates` and `bent_energy` in `cdpr/cables/parts.hpp`: without them they are NaN.
 
     Attributes:
         bends: True if its force on the platform may differ in direction from the chord.
     """
 
     bends: bool = False
+
+    def stiffest(self, cable: Cable) -> float:
+        """Return the largest axial stiffness of a cable under any tension, N; 0 if it is not known."""
+        return cable.axial_stiffness or 0.0
 
 
 @dataclass(frozen=True)

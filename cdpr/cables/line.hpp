@@ -38,6 +38,9 @@ template <class T> struct Line {
         return exit_velocity(row[EXIT], anchor(), row + NUMBERS, count(), tip, V);
     }
     CDPR_INLINE Vector<T> chord(Vector<T> point) const { return point - position - lever; }
+    CDPR_INLINE BentSpan<T> span(ExitResult<T> exit, const T* numbers, Vector<T> gravity) const {
+        return {numbers, chord(exit.point), exit.wrapped_length, gravity, anchor() - exit.point};
+    }
 };
 
 // Return whether each row has at least the anchors.

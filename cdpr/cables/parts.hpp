@@ -6,12 +6,14 @@
 
 #include <cdpr/cables/bent_cable.hpp>
 #include <cdpr/cables/catenary/catenary.hpp>
+#include <cdpr/cables/catenary/rates.hpp>
 #include <cdpr/cables/direct/direct.hpp>
 #include <cdpr/cables/drum/drum.hpp>
 #include <cdpr/cables/elastic/elastic.hpp>
 #include <cdpr/cables/ideal_drive.hpp>
 #include <cdpr/cables/pulley/pulley.hpp>
 #include <cdpr/cables/servo.hpp>
+#include <cdpr/cables/tabulated/tabulated.hpp>
 #include <cdpr/cables/winch_tension.hpp>
 
 namespace cdpr::CDPR_TARGET {
@@ -20,7 +22,7 @@ enum ExitKind { POINT, PULLEY };
 constexpr int MOST_OF_EXIT = Pulley::COUNT_WITH_FRICTION;  // numbers of an exit
 
 enum WinchKind { DIRECT, DRUM, IDEAL_DRIVE, POSITION_SERVO, VELOCITY_SERVO };
-enum SpanKind { INEXTENSIBLE, ELASTIC, CATENARY };
+enum SpanKind { INEXTENSIBLE, ELASTIC, CATENARY, TABULATED };
 
 template <class T> CDPR_INLINE bool is(T kind, int expected) { return first(kind) == expected; }
 
@@ -127,12 +129,20 @@ template <class T> CDPR_INLINE void own_slopes(T kind, WinchMotion<T> motion, T*
 // Return the tension of an elastic span, N.
 template <class T> CDPR_INLINE T pull(T kind, const T* numbers, T length, T unwound, T stretching, T lowest) {
     if (is(kind, ELASTIC)) return Elastic::pull(numbers, length, unwound, stretching, lowest);
+    if (is(kind, TABULATED)) return Tabulated::pull(numbers, length, unwound, stretching, lowest);
     return NOT_A_NUMBER;
 }
 
 // Return the unwound length, m, of an elastic span with this tension, N.
 template <class T> CDPR_INLINE T rest(T kind, const T* numbers, T length, T tension) {
     if (is(kind, ELASTIC)) return Elastic::rest(numbers, length, tension);
+    if (is(kind, TABULATED)) return Tabulated::rest(numbers, length, tension);
+    return NOT_A_NUMBER;
+}
+
+// Return the energy, J, of an elastic span at rest; NaN for spans whose tension four points integrate well.
+inline double strain_energy(double kind, const double* numbers, double length, double unwound) {
+    if (is(kind, TABULATED)) return unwound * Tabulated::energy(numbers, length / unwound - 1.0);
     return NOT_A_NUMBER;
 }
 
@@ -150,6 +160,20 @@ template <class T> CDPR_INLINE BentCable<T> bent_pull(T kind, BentSpan<T> span, 
 // Return the unwound length, m, of a bent span with this tension, N, at its winch.
 template <class T> CDPR_INLINE T bent_rest(T kind, BentSpan<T> span, T tension) {
     if (is(kind, CATENARY)) return Catenary::rest(span, tension);
+    return NOT_A_NUMBER;
+}
+
+// Write the rates of force, N/s, and tension, N/s, of a bent span at rest for `count` motions.
+inline void bent_rates(double kind, const BentSpan<double>& span, double unwound, const BentMotion* motions, int count,
+                       BentCable<double>* rates) {
+    if (is(kind, CATENARY)) return CatenaryRates(span, unwound).write(motions, count, rates);
+    for (int j = 0; j < count; j++) rates[j] = {nowhere<double>(), NOT_A_NUMBER};
+}
+
+// Return the potential energy, J, of a bent span at rest, with its anchor at height 0; with that of its winch if this
+// keeps the tension constant.
+inline double bent_energy(double kind, const BentSpan<double>& span, double unwound, bool constant_tension) {
+    if (is(kind, CATENARY)) return catenary_energy(span, unwound, constant_tension);
     return NOT_A_NUMBER;
 }
 

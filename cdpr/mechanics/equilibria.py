@@ -81,7 +81,7 @@ def _stationary(potential: Potential, start: Array, taut: Mask | None) -> Equili
     The search first treats all cables as inextensible, of which those in `taut` (m,) are taut. Without a choice, it
     first treats them as soft.
     """
-    held = potential.spring.astype(bool) | potential.rigid
+    held = (potential.spring == 1) | potential.rigid
     spring, rigid = potential.spring.copy(), potential.rigid.copy()
     potential.spring[:], potential.rigid = 0, held
     potential.penalty[:], potential.force[held] = 0.0, 0.0

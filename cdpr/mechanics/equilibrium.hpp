@@ -3,11 +3,12 @@
 //
 // A cable is a span with a fixed unwound length, or it pulls with max(lowest, force + penalty (length - unwound)): a
 // constant tension for a penalty of 0, otherwise the augmented Lagrangian of a cable that does not stretch (Hestenes,
-// J. Optim. Theory Appl. 4, 1969). Spans that bend are BAD_INPUT.
+// J. Optim. Theory Appl. 4, 1969). A span that bends has its own constant tension; the energy of a sagging cable on a
+// pulley is approximate (rates.hpp), its force is not.
 #pragma once
 
 #include <cdpr/cables/chain.hpp>
-#include <cdpr/mechanics/stiffness.hpp>
+#include <cdpr/mechanics/sag.hpp>
 
 namespace cdpr::CDPR_TARGET {
 
@@ -20,7 +21,7 @@ struct Potential {
     const double* inertial;  // (13), `Robot.inertial`
     const double* gravity;   // (3), m/s^2, world
     const double* pose;      // (7): position, m, and quaternion
-    const int64_t* spring;   // (m), 1: the span with its unwound length; 0: as above
+    const int64_t* spring;   // (m), 0: as above; 1: the span with its unwound length; 2: that bends, with its tension
     const double* unwound;   // (m), m
     const double* force;     // (m), N
     const double* penalty;   // (m), N/m
@@ -32,6 +33,7 @@ struct Potential {
     double* tension;         // (m), N
     double* slope;           // (m), N/m, of the tension with the length
     double* shift;           // (m), N/m, of the tension with the unwound length
+    double* response;        // (6, m), rate of the wrench with the unwound length, or without it with the tension
     double* state;           // (13), work space
     double* rates;           // (6, 6, m), work space
     double* spare;           // (m), work space
@@ -40,6 +42,7 @@ struct Potential {
     static constexpr char fields[] =
         "lines(m, w >= 6), chains(m, 27), inertial(13), gravity(3), pose(7), spring(m), unwound(m), force(m), "
         "penalty(m), energy(1), gradient(6), hessian(6, 6), matrix(6, m), length(m), tension(m), slope(m), shift(m), "
+        "response(6, m), "
         "work state(13), work rates(6, 6, m), work spare(m), m, w";
 };
 
@@ -63,6 +66,8 @@ inline double load_span(const Potential& at, int64_t i) {
     at.tension[i] = t;
     at.slope[i] = slack ? 0.0 : one_sided(of_length, l, Potential::SHARE * l0);
     at.shift[i] = slack ? 0.0 : one_sided(of_unwound, l0, -Potential::SHARE * l0);
+    const double known = strain_energy(row.span_kind(), row.span(), l, l0);
+    if (known == known) return slack ? 0.0 : known;
     double total = 0.0;
     for (int j = 0; j < 4; j++) total += WEIGHTS[j] * of_length(l0 + POINTS[j] * stretch);
     return slack ? 0.0 : total * stretch;
@@ -80,29 +85,60 @@ inline double load_other(const Potential& at, int64_t i) {
     return k > 0.0 ? 0.5 * t * t / k : t * at.length[i];
 }
 
+// Return whether cable i is a span that bends, with its length or tension.
+inline bool sags(const Potential& at, int64_t i) { return at.spring[i] && bends(chain_row(at.chains, i).span_kind()); }
+
+// Write tension and rates of a cable that sags; add its wrench to `pull` and its stiffness to K; return its energy, J.
+inline double load_sagging(const Potential& at, int64_t i, Wrench<double>& pull, double* K) {
+    const ChainRow<double> row = chain_row(at.chains, i);
+    const Line<double> cable = line(at.lines, at.w, i, vector(at.pose), quaternion(at.pose + 3));
+    const BentSpan<double> span = cable.span(cable.lead(), row.span(), vector(at.gravity));
+    const bool given = at.spring[i] == 1;
+    const double unwound = given ? at.unwound[i] : bent_rest(row.span_kind(), span, at.force[i]);
+    SaggingCable sagging(cable, row, vector(at.gravity), unwound);
+    at.shift[i] = sagging.tension_rates[SaggingCable::LENGTH];
+    if (!given) sagging.keep_tension();
+    at.tension[i] = sagging.tension, at.slope[i] = given ? -at.shift[i] : 0.0;
+    store(sagging.rates[SaggingCable::LENGTH].force, sagging.rates[SaggingCable::LENGTH].moment, at.response + i, at.m);
+    pull = pull + sagging.wrench;
+    sagging.add_stiffness(K);
+    return bent_energy(row.span_kind(), span, unwound, !given);
+}
+
 inline int potential(Potential& at) {
     if (!has_anchors<double>(at.w)) return BAD_INPUT;
     const int64_t m = at.m;
-    for (int64_t i = 0; i < m; i++)
-        if (at.spring[i] && bends(chain_row(at.chains, i).span_kind())) return BAD_INPUT;
     Stiffness held = {};
     held.lines = at.lines, held.inertial = at.inertial, held.gravity = at.gravity, held.state = at.state;
     held.rates = at.rates, held.length = at.length, held.spare = at.spare, held.m = m, held.w = at.w;
     write_geometry(held, at.pose, at.matrix);
     const Inertial<double> body = {at.inertial};
     const Vector<double> arm = body.lever(quaternion(at.pose + 3)), weight = body.mass() * vector(at.gravity);
-    double total = -dot(weight, vector(at.pose) + arm);
-    for (int64_t i = 0; i < m; i++) total += at.spring[i] ? load_span(at, i) : load_other(at, i);
+    double total = -dot(weight, vector(at.pose) + arm), K[36], bent[36] = {};
+    Wrench<double> known = {weight, cross(arm, weight)};
+    double* const t = at.spare;  // of the cables that pull along their chords
+    const double* W = at.matrix;
+    for (int64_t i = 0; i < m; i++) {
+        if (sags(at, i)) {
+            total += load_sagging(at, i, known, bent);
+            t[i] = 0.0;
+            continue;
+        }
+        total += at.spring[i] ? load_span(at, i) : load_other(at, i);
+        t[i] = at.tension[i];
+        const double change = at.spring[i] || at.penalty[i] > 0.0 ? at.shift[i] : 1.0;
+        for (int j = 0; j < 6; j++) at.response[j * m + i] = change * W[j * m + i];
+    }
     at.energy[0] = total;
-    store(Wrench<double>{weight, cross(arm, weight)}, at.gradient);
-    const double *W = at.matrix, *t = at.tension;
-    double K[36];
+    store(known, at.gradient);
     for (int i = 0; i < 6; i++) {
         at.gradient[i] = -sum(at.gradient[i], 0, m, [&](int64_t c) { return W[i * m + c] * t[c]; });
         for (int j = 0; j < 6; j++) {
             const double* rate = at.rates + (6 * j + i) * m;
-            K[6 * i + j] =
-                sum(0.0, 0, m, [&](int64_t c) { return W[i * m + c] * W[j * m + c] * at.slope[c] - rate[c] * t[c]; });
+            K[6 * i + j] = sum(bent[6 * i + j], 0, m, [&](int64_t c) {
+                const double slope = sags(at, c) ? 0.0 : at.slope[c];
+                return W[i * m + c] * W[j * m + c] * slope - rate[c] * t[c];
+            });
         }
     }
     add_weight(held, at.pose, K);
@@ -111,10 +147,11 @@ inline int potential(Potential& at) {
     return 0;
 }
 
-// Unwound lengths of cables at rest with given tensions; of cables that do not stretch, their lengths.
+// Unwound lengths of cables at rest with given tensions at their winches; of cables that do not stretch, their lengths.
 struct RestLengths {
     const double* lines;    // (m, w), as in Geometry
     const double* chains;   // (m, 27), as in ChainRow
+    const double* gravity;  // (3), m/s^2, world
     const double* poses;    // (k, 7): position, m, and quaternion
     const double* tension;  // (k, m), N
     double* unwound;        // (k, m), m
@@ -122,14 +159,12 @@ struct RestLengths {
     int64_t m;
     int64_t w;
     static constexpr char fields[] =
-        "lines(m, w >= 6), chains(m, 27), poses(k, 7), tension(k, m), unwound(k, m), k, m, w";
+        "lines(m, w >= 6), chains(m, 27), gravity(3), poses(k, 7), tension(k, m), unwound(k, m), k, m, w";
 };
 
 inline int rest_lengths(RestLengths& held) {
     if (!has_anchors<double>(held.w)) return BAD_INPUT;
     const int64_t m = held.m;
-    for (int64_t i = 0; i < m; i++)
-        if (bends(chain_row(held.chains, i).span_kind())) return BAD_INPUT;
     for (int64_t k = 0; k < held.k; k++) {
         const double* pose = held.poses + 7 * k;
         const Vector<double> p = vector(pose);
@@ -139,8 +174,9 @@ inline int rest_lengths(RestLengths& held) {
             const ExitResult<double> exit = cable.lead();
             const double whole = length(cable.chord(exit.point)) + exit.wrapped_length;
             const ChainRow<double> row = chain_row(held.chains, i);
+            const BentSpan<double> ends = cable.span(exit, row.span(), vector(held.gravity));
             held.unwound[k * m + i] =
-                row.stretches() ? rest(row.span_kind(), row.span(), whole, held.tension[k * m + i]) : whole;
+                row.stretches() ? unwound_length(row, ends, whole, held.tension[k * m + i]) : whole;
         }
     }
     return 0;

@@ -1,7 +1,7 @@
 """Pose at which a platform comes to rest, for given unwound lengths or tensions of its cables.
 
-The pose is a minimum of the potential energy: weight, taut cables, and nothing for slack ones. It is checked by the
-remaining force and, for cables that do not stretch, by their lengths.
+The pose is a minimum of the potential energy: weight, taut cables, and nothing for slack ones. Cables that sag pull and
+weigh, taut or slack. The pose is checked by the remaining force and, for cables that do not stretch, by their lengths.
 """
 
 from __future__ import annotations
@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cdpr.base.errors import CdprError
-from cdpr.mechanics.descent import descend, flat
+from cdpr.mechanics.descent import descend, flat, seek
 from cdpr.mechanics.forward_kinematics import suspect_length
-from cdpr.mechanics.inextensible import descend_inextensible, violation
+from cdpr.mechanics.inextensible import descend_inextensible, polish, violation
 from cdpr.mechanics.potential import Potential, rest_lengths
+from cdpr.mechanics.sag import too_loose
 from cdpr.mechanics.stiffness import inertia
 from cdpr.model import Robot
 from cdpr.model.rank import significant
@@ -38,7 +39,7 @@ class Equilibrium:
         tension: (m,) tensions [N]; NaN for cables that do not stretch, if their lengths are impossible.
         length: (m,) lengths between winch exit and platform, with the cable on pulleys [m].
         unwound: (m,) unwound lengths of the unloaded cables [m].
-        slack: (m,) True for cables without tension.
+        slack: (m,) True for cables without tension, and for cables that sag and whose tension grows with their length.
         residual: remaining force [N], moments divided by the characteristic length; NaN if lengths are impossible.
         load: weight, or largest tension if larger [N].
         misfit: norm of the violated lengths of cables that do not stretch [m].
@@ -82,20 +83,24 @@ def find_equilibrium(robot: Robot, unwound: Array, tension: Array, start: Array,
     """Return the pose at rest that is reached downhill from a start.
 
     Args:
-        robot: robot whose spans do not bend.
+        robot: geometry, mass and cables.
         unwound: (m,) unwound lengths [m], NaN for cables with a given tension.
         tension: (m,) tensions [N], NaN for cables with a given length.
         start: (7,) initial pose.
         gravity: (3,) gravity [m/s^2], world axes.
 
     Raises:
-        CdprError: if a span bends, or a cable has no path at the start.
+        CdprError: if a cable has no path at the start, or sags and has too little tension there.
     """
     potential = Potential(robot, gravity, unwound, tension)
     if not potential.defined(start):
-        raise CdprError("start: a cable has no length or no path over its pulley there: choose another start")
-    search = descend_inextensible if potential.rigid.any() else descend
-    pose, _ = search(potential, start, TOLERANCE)
+        loose = too_loose(robot, start[:3], start[3:], potential.gravity, np.where(np.isnan(tension), np.inf, tension))
+        text = "a cable has no length or no path over its pulley there: choose another start"
+        raise CdprError(f"start: {loose or text}")
+    hard = potential.rigid.any()
+    pose, done = (descend_inextensible if hard else descend)(potential, start, TOLERANCE)
+    if not done and potential.bent.any():  # on pulleys, the energy of cables that sag is approximate
+        pose, _ = (polish if hard else seek)(potential, pose, TOLERANCE)
     return describe(potential, pose)
 
 
@@ -112,15 +117,17 @@ def describe(potential: Potential, pose: Array) -> Equilibrium:
     suspect = None if possible or not defined else _suspect(potential, pose)
     tension, length = potential.tension.copy(), potential.length.copy()
     taut: Mask = tension > 0.0 if robot.unilateral else np.ones(robot.m, dtype=bool)
+    taut &= ~(potential.bent & (potential.shift > 0.0))
     if not possible:
         residual, load, defined = np.nan, potential.weight, False
         tension[rigid], taut[rigid] = np.nan, wrong[rigid] != 0.0
-    given = potential.spring.astype(bool) | rigid
+    given = (potential.spring == 1) | rigid
+    at_rest = rest_lengths(robot, pose[None], potential.tension[None], gravity=potential.gravity)[0]
     return Equilibrium(
         pose=pose,
         tension=tension,
         length=length,
-        unwound=np.where(given, potential.unwound, rest_lengths(robot, pose[None], tension[None])[0]),
+        unwound=np.where(given, potential.unwound, at_rest),
         slack=~taut,
         residual=residual,
         load=load,
@@ -148,7 +155,7 @@ def _motions(
     stiffness = basis.T @ hessian @ basis
     values = np.asarray(np.linalg.eigvalsh(stiffness), dtype=float)
     mass = inertia(robot, pose[None])[0][potential.rows][:, potential.rows] / np.outer(scale, scale)
-    sensitivity[potential.rows] = _sensitivity(potential, hessian, columns, taut, given) / scale[:, None]
+    sensitivity[potential.rows] = _sensitivity(potential, hessian, columns, taut) / scale[:, None]
     return {
         "stability": _stability(values, flat(np.asarray(np.linalg.eigvalsh(hessian), dtype=float), potential)),
         "eigenvalues": values,
@@ -186,7 +193,7 @@ def _frequencies(stiffness: Array, mass: Array) -> Array:
     return np.asarray(np.sqrt(np.where(squares < 0.0, np.nan, squares)) / (2.0 * np.pi))
 
 
-def _sensitivity(potential: Potential, hessian: Array, columns: Array, taut: Mask, given: Mask) -> Array:
+def _sensitivity(potential: Potential, hessian: Array, columns: Array, taut: Mask) -> Array:
     """Return the scaled motion (n, m) per unwound length or tension, by the implicit function theorem."""
     n, m = columns.shape
     hard = np.flatnonzero(potential.rigid & taut)
@@ -194,9 +201,8 @@ def _sensitivity(potential: Potential, hessian: Array, columns: Array, taut: Mas
     side = stiffness * columns[:, hard]
     matrix = np.zeros((n + len(hard), n + len(hard)))
     matrix[:n, :n], matrix[:n, n:], matrix[n:, :n] = hessian, -side, -side.T
-    change = np.where(given, potential.shift, 1.0)  # of the tension
     right = np.zeros((n + len(hard), m))
-    right[:n] = columns * np.where(potential.rigid, 0.0, change)
+    right[:n] = np.where(potential.rigid, 0.0, potential.response[potential.rows] / potential.scale[:, None])
     right[n + np.arange(len(hard)), hard] = stiffness
     return np.asarray(np.linalg.lstsq(matrix, right, rcond=1e-12)[0][:n])
 

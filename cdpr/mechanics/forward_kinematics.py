@@ -57,7 +57,9 @@ class Fit:
 
 
 def forward_kinematics(robot: Robot, lengths: Array, start: Array, *, sigma: float | None = None) -> Fit:
-    """Fit the pose to measured cable lengths.
+    """Fit the pose to measured cable lengths, those of straight cables.
+
+    For unwound lengths of cables that stretch or sag, compute the pose at rest instead (`cdpr.equilibrium`).
 
     Args:
         robot: robot with at least as many cables as degrees of freedom. Its guide keeps the other coordinates of

@@ -1,7 +1,7 @@
 """Potential energy of a platform on cables with given unwound lengths or tensions, and unwound lengths at rest.
 
-The energy is that of the weight and of the stretched cables; a slack cable has none. Its derivatives are taken with
-respect to motions of the origin and rotation vectors in world axes.
+The energy is that of the weight and of the stretched cables; a slack cable has none. Cables that sag also have that of
+their own weight. Derivatives are taken with respect to motions of the origin and rotation vectors in world axes.
 """
 
 from __future__ import annotations
@@ -9,7 +9,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cdpr.base.errors import CdprError
 from cdpr.base.threads import in_threads
 from cdpr.cables import chain_of
 from cdpr.cables.tables import chain_table, line_table
@@ -29,13 +28,14 @@ class Potential:
     length, so that gradients are in N and the Hessian in N/m.
 
     Args:
-        robot: geometry, mass and cables; no span may bend.
+        robot: geometry, mass and cables.
         gravity: (3,) gravity [m/s^2], world axes.
         unwound: (m,) unwound lengths [m]; NaN for cables with a given tension.
         tension: (m,) given tensions [N]; NaN for cables with a given length.
 
     Attributes:
-        spring: (m,) 1 for cables with a given length that stretch.
+        bent: (m,) True for cables that sag.
+        spring: (m,) 1 for cables with a given length that stretch, 2 for cables with a given tension that sag.
         rigid: (m,) True for cables with a given length that do not stretch.
         force: (m,) tension [N] of other cables; multipliers of rigid ones.
         penalty: (m,) stiffness [N/m] of rigid ones; 0 for a constant force.
@@ -44,14 +44,16 @@ class Potential:
         energy, gradient, hessian: value [J], (n,) and (n, n) at the last evaluated pose.
         matrix, length, tension, slope, shift: wrench matrix (6, m), and lengths [m], tensions [N] and their derivatives
             with length and unwound length [N/m] of the cables (m,), at the last evaluated pose.
+        response: (6, m) derivatives of the wrench with the unwound length, or for given tensions with these.
     """
 
     def __init__(self, robot: Robot, gravity: ArrayLike, unwound: Array, tension: Array) -> None:
-        _check_spans(robot)
         m, given = robot.m, ~np.isnan(unwound)
-        stretches = np.array([chain_of(robot, cable).stretches for cable in robot.cables])
+        chains = [chain_of(robot, cable) for cable in robot.cables]
+        stretches = np.array([chain.stretches for chain in chains])
+        self.bent = np.array([chain.span.bends for chain in chains])
         self.robot, self.rigid = robot, given & ~stretches
-        self.spring: NDArray[np.int64] = (given & stretches).astype(np.int64)
+        self.spring: NDArray[np.int64] = np.where(given, stretches, 2 * self.bent).astype(np.int64)
         self.unwound = np.where(given, unwound, 1.0)
         self.force, self.penalty = np.where(given, 0.0, tension), np.zeros(m)
         self.gravity = checked(gravity, (3,), "gravity", finite=True).copy()
@@ -62,7 +64,7 @@ class Potential:
         self.size = self.size or 1.0
         self.rows, self.scale = scales(robot)
         self.matrix, self.length, self.tension = np.empty((6, m)), np.empty(m), np.empty(m)
-        self.slope, self.shift = np.empty(m), np.empty(m)
+        self.slope, self.shift, self.response = np.empty(m), np.empty(m), np.empty((6, m))
         self._pose, self._energy, self._gradient, self._hessian = (
             np.empty(7),
             np.empty(1),
@@ -90,6 +92,7 @@ class Potential:
             tension=self.tension,
             slope=self.slope,
             shift=self.shift,
+            response=self.response,
         )
 
     def evaluate(self, pose: Array) -> tuple[float, Array, Array]:
@@ -125,34 +128,30 @@ class Potential:
         return found
 
 
-def rest_lengths(robot: Robot, poses: ArrayLike, tension: ArrayLike, *, jobs: int | None = None) -> Array:
+def rest_lengths(
+    robot: Robot, poses: ArrayLike, tension: ArrayLike, *, gravity: ArrayLike = DOWN, jobs: int | None = None
+) -> Array:
     """Return the unwound lengths (K, m) [m], exits included, of cables at rest with given tensions.
 
     Args:
-        robot: robot whose spans do not bend. A cable that does not stretch is as long as its path.
+        robot: the robot. A cable that does not stretch is as long as its path.
         poses: (K, 7) positions [m] and quaternions w, x, y, z.
-        tension: (K, m) tensions [N].
+        tension: (K, m) tensions at the winches [N]. NaN is returned for cables that sag and have less than their least
+            tension.
+        gravity: (3,) gravity [m/s^2], world axes, for cables that sag.
         jobs: number of threads. It does not change the result.
 
     Raises:
-        CdprError: if an argument has the wrong kind or shape, or a span bends.
+        CdprError: if an argument has the wrong kind or shape.
     """
-    _check_spans(robot)
     given = checked(poses, (None, 7), "poses")
     pulled = checked(tension, (len(given), robot.m), "tension")
-    fixed, found = {"lines": line_table(robot), "chains": chain_table(robot)}, np.empty((len(given), robot.m))
+    found = np.empty((len(given), robot.m))
+    down = checked(gravity, (3,), "gravity", finite=True)
+    fixed = {"lines": line_table(robot), "chains": chain_table(robot), "gravity": down}
 
     def write(cut: slice) -> None:
         bind("rest_lengths", **fixed, poses=given[cut], tension=pulled[cut], unwound=found[cut]).unlocked()
 
     in_threads(len(given), write, jobs)
     return found
-
-
-def _check_spans(robot: Robot) -> None:
-    bent = [cable.name for cable in robot.cables if chain_of(robot, cable).span.bends]
-    if bent:
-        raise CdprError(
-            f"equilibrium: cable '{bent[0]}': expected a cable that pulls along its chord, got one that sags: choose "
-            "another cable model"
-        )

@@ -11,11 +11,13 @@ from cdpr.model import Robot, rotations
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 
-# Quantities without sag, for output and documentation.
+# Quantities with and without sag, for output and documentation.
 CHORD = (
-    "static tensions, stiffness, frequencies, workspaces, sizing, forward kinematics and clearances use the chords, "
-    "without weight"
+    "equilibria, stiffness and frequencies include it; static tensions, capacities, dexterity, sizing, forward "
+    "kinematics and clearances use the chords, without weight"
 )
+DRAWN = "cables that sag are drawn as straight lines, and clearances are those of these lines"
+SIZED = "cables sag: lengths are those of the chords, and tensions that are not of a run leave out the cables' weight"
 
 
 def sagging(robot: Robot) -> list[int]:
@@ -112,6 +114,24 @@ def curves(
         strain = 0.5 * (np.linalg.norm(force[i]) + tension[i]) / stiffness
         span = float(unstretched[i] - wrapped[i] / (1.0 + strain))
         found[i] = tips[i] + curve(force[i], span, chord[i], float(weight), stiffness, g, count)
+    return found
+
+
+def sagging_wrench(robot: Robot, poses: Array, tension: Array, gravity: Array) -> Array:
+    """Return the wrenches of cables that sag minus those of their tensions along their chords.
+
+    Args:
+        robot: the robot.
+        poses: (k, 7) positions [m] and quaternions w, x, y, z.
+        tension: (k, m) tensions of taut cables at their winches [N].
+        gravity: (3,) m/s^2, world axes.
+
+    Returns:
+        (k, 6) N and N m at the platform's origin, world axes; NaN for tensions below the least ones.
+    """
+    found = np.empty((len(poses), 6))
+    fixed = {"lines": line_table(robot), "chains": chain_table(robot), "gravity": gravity}
+    bind("sagging_wrench", **fixed, poses=poses, tension=tension, wrench=found)()
     return found
 
 

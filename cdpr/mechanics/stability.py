@@ -146,7 +146,8 @@ def oscillator(robot: Robot, state: Array) -> Oscillator:
     M[:n, :n], M[n:, n:] = mass + carried * drums[~springs] @ carried.T, np.diag(drums[own])
     C[:n, :n], C[n:, n:] = carried * losses[~springs] @ carried.T, np.diag(losses[own])
     K[n:, n:] = np.diag(gains[own])
-    stiffness = np.array([cable.axial_stiffness or 0.0 for cable in robot.cables])[springs] / length[springs]
+    axial = [chain.span.stiffest(cable) for chain, cable in zip(chains, robot.cables, strict=True)]
+    stiffness = np.array(axial)[springs] / length[springs]
     damping = np.array([cable.damping for cable in robot.cables])[springs]
     return Oscillator(M, C + B * damping @ B.T, K + B * stiffness @ B.T)
 

@@ -5,15 +5,22 @@ by -K (dp, dtheta). K is the sum of three parts. The elasticity of the cables gi
 E A / l0 = (E A + t) / l. The change of the directions of the tensions gives -(dW t), including the swivelling pulleys.
 The third part is the shift of the centre of mass, where the weight acts. A cable without tension is slack and adds no
 stiffness. K is symmetric if all wrenches are in balance (thesis, eq. 2.25 to 2.28, with its errors corrected).
+
+A cable that sags has the stiffness of its catenary instead, the derivative of its wrench at constant unwound length:
+its tension at the winch is the given one, and it is taut. Its mass is not part of the inertia.
 """
 
 from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr.base.threads import in_threads
-from cdpr.cables.tables import line_table
+from cdpr.cables import chain_of
+from cdpr.cables.tables import chain_table, line_table
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.kinematics import STILL
 from cdpr.model import Robot
@@ -39,7 +46,8 @@ def stiffness(
     Args:
         robot: robot with the geometry, the mass and the axial stiffness of the cables.
         poses: (K, 7) positions [m] and quaternions w, x, y, z.
-        tension: (K, m) tensions [N].
+        tension: (K, m) tensions, of cables that sag at their winches [N]. With less than the least tension of such a
+            cable, the stiffness is NaN.
         axial_stiffness: E A of the cables [N], one value or (m,). By default, it is their own, or 0 if it is not known.
         gravity: (3,) gravity [m/s^2], in world axes.
         jobs: number of threads. It does not change the result.
@@ -50,7 +58,7 @@ def stiffness(
     given = checked(poses, (None, 7), "poses", finite=True)
     known = [cable.axial_stiffness or 0.0 for cable in robot.cables] if axial_stiffness is None else axial_stiffness
     elastic = np.broadcast_to(np.asarray(known, dtype=float), (robot.m,))
-    fixed = {
+    fixed: dict[str, Any] = {
         "lines": line_table(robot),
         "axial_stiffness": checked(elastic, (robot.m,), "axial_stiffness"),
         "inertial": robot.inertial,
@@ -60,13 +68,33 @@ def stiffness(
     count = len(given)
     pulled = checked(tension, (count, robot.m), "tension")
     found, matrices = np.empty((count, 6, 6)), np.empty((count, 6, robot.m))
+    bent = [chain_of(robot, cable).span.bends for cable in robot.cables]
+    chordal = np.where(bent, 0.0, pulled)
 
     def write(cut: slice) -> None:
-        at = {"poses": given[cut], "tension": pulled[cut], "stiffness": found[cut], "matrices": matrices[cut]}
+        at = {"poses": given[cut], "tension": chordal[cut], "stiffness": found[cut], "matrices": matrices[cut]}
         bind("stiffness", **fixed, **at).unlocked()
 
     in_threads(count, write, jobs)
+    if any(bent):
+        _add_sagging(robot, given, pulled, found, elastic, fixed["gravity"], jobs)
     return found, matrices
+
+
+def _add_sagging(
+    robot: Robot, poses: Array, tension: Array, found: Array, elastic: Array, gravity: Array, jobs: int | None
+) -> None:
+    """Add the stiffness of the cables that sag to matrices (K, 6, 6)."""
+    cables = [
+        replace(cable, axial_stiffness=value) for cable, value in zip(robot.cables, elastic.tolist(), strict=True)
+    ]
+    fixed = {"lines": line_table(robot), "chains": chain_table(robot.replace(cables=cables)), "gravity": gravity}
+
+    def write(cut: slice) -> None:
+        at = {"poses": poses[cut], "tension": tension[cut], "stiffness": found[cut]}
+        bind("sagging_stiffness", **fixed, **at).unlocked()
+
+    in_threads(len(poses), write, jobs)
 
 
 def inertia(robot: Robot, poses: ArrayLike) -> Array:

@@ -23,12 +23,11 @@ template <class T> inline void write_friction(Plant<T>& plant) {
 // winch that takes rates is its length.
 template <class T> inline void start_stretching_cable(Plant<T>& plant, Truth<T> fresh, int64_t i) {
     const ChainRow<T> row = plant.chain(i);
-    const T kind = row.span_kind(), command = plant.command[i];
+    const T command = plant.command[i];
     T unwound = command;
     if (command_of(row.winch_kind()) == TENSION_COMMAND) {
         const T tension = plant.rubs(i) ? command / friction_at(plant, i, plant.rate[i]) : command;
-        unwound = bends(kind) ? bent_rest(kind, plant.bent_span(i), tension)
-                              : rest(kind, row.span(), plant.length[i], tension);
+        unwound = unwound_length(row, plant.bent_span(i), plant.length[i], tension);
     }
     const T speed = -plant.rate[i] / row.per_turn();
     plant.unwound(i) = select(fresh, unwound, plant.unwound(i));
@@ -38,10 +37,8 @@ template <class T> inline void start_stretching_cable(Plant<T>& plant, Truth<T> 
 // Return the tension of cable i at its winch at the start, N.
 template <class T> inline T start_tension(const Plant<T>& plant, int64_t i) {
     const ChainRow<T> row = plant.chain(i);
-    const T kind = row.span_kind();
     if (command_of(row.winch_kind()) == TENSION_COMMAND) return plant.command[i];
-    const T tension = bends(kind) ? bent_pull(kind, plant.bent_span(i), plant.unwound(i), T(0.0), row.lowest()).tension
-                                  : pull(kind, row.span(), plant.length[i], plant.unwound(i), T(0.0), row.lowest());
+    const T tension = tension_at(row, plant.bent_span(i), plant.length[i], plant.unwound(i));
     return plant.rubs(i) ? friction_at(plant, i, plant.rate[i]) * tension : tension;
 }
 

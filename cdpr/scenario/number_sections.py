@@ -8,6 +8,7 @@ from pydantic import Field, create_model
 
 from cdpr.base.fields import Section, unit
 from cdpr.cables import MODELS, NUMBERS, WINCH_TYPES
+from cdpr.cables.tabulated import Curve
 
 
 def _section_of(owner: str, *, shared: bool) -> type[Section]:
@@ -21,6 +22,10 @@ def _section_of(owner: str, *, shared: bool) -> type[Section]:
     fields: dict[str, Any] = {}
     for number in NUMBERS.values():
         if number.owner != owner:
+            continue
+        if number.table:
+            text = "strains and tensions (N) of up to five points of a curve from 0, with cable.model: tabulated"
+            fields[number.table] = (Curve | None, Field(None, description=text))
             continue
         needed = all(number.name in names for names in (*kinds, *others))
         usual = any(number.name in names for names in kinds)

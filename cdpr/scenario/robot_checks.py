@@ -46,7 +46,9 @@ def _needs(*kinds: Kind) -> dict[str, str]:
                 needed["winch"] = "the winch"
                 reported = WinchSection.model_fields[number.key].is_required()  # reported by that section
             if number.default is None and not reported:
-                needed[number.name] = f"the {number.text.partition(',')[0]}{number.unit and f' ({number.unit})'}"
+                needed[f"{number.owner}.{number.file_key}"] = (
+                    f"the {number.text.partition(',')[0]}{number.unit and f' ({number.unit})'}"
+                )
     return needed
 
 

@@ -26,13 +26,14 @@ from cdpr.cables import (
     ACTUATED,
     COMMANDED,
     MODELS,
+    NUMBERS,
     TORQUE,
     WINCH_TYPES,
     AnyExit,
     composed,
-    keys_of_numbers,
 )
 from cdpr.cables.chain import Chain
+from cdpr.cables.tabulated import TABLE, numbers_of
 from cdpr.model import Cable, Platform, Robot, Winch
 from cdpr.model.robot import Array, frozen_array
 from cdpr.scenario.appearance import AT_ORIGIN, FrameSection, ShapeSection
@@ -63,7 +64,7 @@ else:
     CableModel = Literal[tuple(MODELS)]
     WinchType = Literal[tuple(WINCH_TYPES)]
 
-CABLE_KEYS = tuple(keys_of_numbers("cable"))
+CABLE_KEYS = tuple(dict.fromkeys(number.file_key for number in NUMBERS.values() if number.owner == "cable"))
 
 DofName = Literal["x", "y", "z", "rx", "ry", "rz"]
 ALL_DOF: tuple[DofName, ...] = ("x", "y", "z", "rx", "ry", "rz")
@@ -185,7 +186,7 @@ class _Modelled(Section):
     model: CableModel = Field(
         COMMANDED,
         description="conversion of commands to tensions: direct (ideal), by a winch with an inextensible cable "
-        "(rigid), or by a winch and an elastic cable (elastic)",
+        "(rigid), or by a winch and a cable that is elastic (elastic), heavy (catenary) or measured (tabulated)",
     )
 
 
@@ -333,7 +334,7 @@ class RobotSection(Section):
             keys.append("cables[*].model")
         if actuated and self.cable.model not in (COMMANDED, ACTUATED):
             keys.append("cable.model")
-        used = {name for chain in chains for number in chain.numbers for name in (number.key, number.owner)}
+        used = {name for chain in chains for number in chain.numbers for name in (number.file_key, number.owner)}
         for name in (*CABLE_KEYS, "winch"):
             if name in used or name == "diameter":  # clearance checks use it in all models
                 continue
@@ -370,6 +371,7 @@ class RobotSection(Section):
         winch = self._own(cable, "winch")
         given = {key: self._own(cable, key) for key in CABLE_KEYS}
         numbers = {key: value for key, value in given.items() if value is not None}
+        numbers |= numbers_of(numbers.pop(TABLE, ()))
         return Cable(
             name=cable_name(cable, i),
             frame=frozen_array(anchor),

@@ -17,19 +17,14 @@ struct SeenCable {
 
     // Return the unwound length, m, with this tension, N, if the cable lengthens by a distance, m.
     double unwound_at(double tension, double distance = 0.0) const {
-        const double kind = chain.span_kind(), later = length + distance;
-        if (!bends(kind)) return rest(kind, chain.span(), later, tension);
+        const double later = length + distance;
         BentSpan<double> moved = span;
         moved.chord = (later / length) * span.chord;
-        return bent_rest(kind, moved, tension);
+        return unwound_length(chain, moved, later, tension);
     }
 
     // Return the tension, N, with this unwound length, m, at rest.
-    double tension_at(double unwound) const {
-        const double kind = chain.span_kind(), low = chain.lowest();
-        if (bends(kind)) return bent_pull(kind, span, unwound, 0.0, low).tension;
-        return pull(kind, chain.span(), length, unwound, 0.0, low);
-    }
+    double tension_at(double unwound) const { return cdpr::tension_at(chain, span, length, unwound); }
 };
 
 struct SeenCables {
@@ -46,9 +41,7 @@ struct SeenCables {
         const ChainRow<double> chain = chain_row(chains, i);
         const Line<double> cable = line(lines, w, i, vector(state), quaternion(state + 3));
         const ExitResult<double> exit = cable.lead();
-        const Vector<double> chord = cable.chord(exit.point), along = cable.anchor() - exit.point;
-        const BentSpan<double> span = {chain.span(), chord, exit.wrapped_length, vector(gravity), along};
-        return {chain, span, sensed[i]};
+        return {chain, cable.span(exit, chain.span(), vector(gravity)), sensed[i]};
     }
     double rate(int64_t i) const { return sensed[m + i]; }
 };

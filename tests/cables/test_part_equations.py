@@ -16,6 +16,7 @@ from cdpr.cables.ideal_drive import IDEAL_DRIVE
 from cdpr.cables.inextensible import INEXTENSIBLE
 from cdpr.cables.servo import POSITION_SERVO, VELOCITY_SERVO
 from cdpr.cables.tables import SPANS, WINCHES, exits
+from cdpr.cables.tabulated import TABULATED
 from cdpr.mechanics.body_frame import BodyFrame, body_state
 from cdpr.mechanics.winches import Winches
 from cdpr.model import rotations
@@ -148,5 +149,6 @@ def test_a_swivelling_pulley():
 def test_every_part_is_compared():
     drives = {IDEAL_DRIVE, POSITION_SERVO, VELOCITY_SERVO}  # test_servo.py
     assert {DIRECT, DRUM, *drives} == set(WINCHES)
-    assert {INEXTENSIBLE, ELASTIC, CATENARY} == set(SPANS)  # the last one in test_catenary.py
+    others = {CATENARY, TABULATED}  # test_catenary.py and test_tabulated.py
+    assert {INEXTENSIBLE, ELASTIC, *others} == set(SPANS)
     assert [Pulley] == [kind for kind in EXITS.values() if kind.header]

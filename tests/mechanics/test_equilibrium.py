@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 import os
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -15,7 +14,6 @@ from scipy.spatial.transform import Rotation
 
 import cdpr
 from cdpr.base.errors import CdprError
-from cdpr.mechanics import potential
 from cdpr.mechanics.equilibrium import find_equilibrium
 from cdpr.mechanics.kinematics import lengths, make_state
 from cdpr.mechanics.potential import Potential
@@ -332,17 +330,6 @@ def test_extreme_values_end_with_a_result(name, value):
     for given in ("lengths", "tensions"):
         found = cdpr.equilibrium(robot, **{given: np.full(robot.m, value)})
         assert found.converged == (not found.problem)
-
-
-def test_a_span_that_bends_is_refused(monkeypatch):
-    robot = cdpr.load_robot("v_plotter")
-    chain = potential.chain_of(robot, robot.cables[0])
-    bent = replace(chain, span=replace(chain.span, bends=True))
-    monkeypatch.setattr(potential, "chain_of", lambda robot, cable: bent)
-    with pytest.raises(CdprError, match="cable 'left': expected a cable that pulls along its chord, got one that sags"):
-        cdpr.equilibrium(robot, lengths=GOOD)
-    with pytest.raises(CdprError, match="got one that sags"):
-        cdpr.compensated_lengths(robot, robot.home)
 
 
 def test_drum_angles_need_a_drum_and_searches_whole_numbers():

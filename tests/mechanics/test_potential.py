@@ -111,11 +111,12 @@ def test_kernels_have_the_same_bits_on_each_instruction_set_with_hostile_numbers
         inputs = {**tables, **{key: numbers(rng, count, size) for key, size in given.items()}}
         inputs["pose"][::2] = start
         shapes = {"energy": (1,), "gradient": (6,), "hessian": (6, 6), "matrix": (6, m)}
-        shapes |= dict.fromkeys(("length", "tension", "slope", "shift"), (m,))
+        shapes |= dict.fromkeys(("length", "tension", "slope", "shift"), (m,)) | {"response": (6, m)}
         found, codes = run("potential", inputs, shapes, spring=flags)
         assert (codes == 0).all()
         assert np.isfinite(found["energy"]).any()
-        inputs = {**tables, "poses": inputs["pose"][:, None], "tension": numbers(rng, count, 1, m)}
+        inputs = {**tables, "gravity": inputs["gravity"], "poses": inputs["pose"][:, None]}
+        inputs["tension"] = numbers(rng, count, 1, m)
         assert (run("rest_lengths", inputs, {"unwound": (1, m)})[1] == 0).all()
 
 

@@ -93,12 +93,15 @@ WRONG = {
     "digits": (lambda: cable(diameter=10**9999), "Cable(diameter=): expected a number of at least 0, got an int with"),
     "own": (lambda: cable(own=3), "Cable(own=): expected numbers by key, got 3"),
     "own-list": (lambda: cable(own=[1]), "Cable(own=): expected numbers by key, got a list of 1"),
-    "own-frame": (lambda: cable(own={"frame": [9, 9, 9]}), "Cable(own=): unknown key 'frame'; allowed: none"),
+    "own-frame": (lambda: cable(own={"frame": [9, 9, 9]}), "Cable(own=): unknown key 'frame'; allowed: strain_1, "),
     "own-winch": (lambda: Winch(own={"slip": 1.0}), "Winch(own=): unknown key 'slip'; allowed: position_gain, "),
-    "model": (lambda: cable(model="foo"), "Cable(model=): expected one of ideal, rigid, elastic, catenary, got 'foo'"),
+    "model": (
+        lambda: cable(model="foo"),
+        "Cable(model=): expected one of ideal, rigid, elastic, catenary, tabulated, got 'foo'",
+    ),
     "models": (
         lambda: robot(cable_model="foo"),
-        "Robot(cable_model=): expected one of ideal, rigid, elastic, catenary",
+        "Robot(cable_model=): expected one of ideal, rigid, elastic, catenary, tabulated",
     ),
     "models-array": (lambda: robot(cable_model=np.zeros(3)), "Robot(cable_model=): expected a text"),
     "frame": (lambda: Frame("abc"), "Frame(edges=): expected real numbers"),

@@ -126,6 +126,20 @@ def test_curves_of_a_run(short):
         assert 1e-3 < np.abs(points - straight).max() < 0.5
 
 
+def test_results_of_chords_say_so(short):
+    from cdpr.analysis.sizing import Duty, sizing
+    from cdpr.analysis.workspace.answers import notes
+    from cdpr.analysis.workspace.question import Question
+    from cdpr.ui.report.pages.run import render
+
+    scenario = load_scenario(SAGGING, overrides=SHORT)
+    light = load_scenario(SAGGING, overrides={**SHORT, "robot.cable.model": "elastic"})
+    for one, sags in ((scenario, True), (light, False)):
+        assert ("use the chords" in " ".join(notes(one.robot, Question(), bodies=False))) is sags
+        assert ("sag" in sizing([Duty.of_scenario(one, "one")]).to_dict()) is sags
+    assert "Cables that sag are drawn as straight lines" in render(short)
+
+
 def test_uses_that_reject_heavy_cables():
     """Legs push; winches alone know no direction of a chord."""
     with pytest.raises(ScenarioError, match="rigid legs push, and cables of the model catenary cannot"):

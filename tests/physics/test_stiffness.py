@@ -13,6 +13,7 @@ from cdpr import load_robot
 from cdpr.analysis.distribution import distribute
 from cdpr.analysis.workspace import answers
 from cdpr.analysis.workspace.question import Question
+from cdpr.cables import with_model
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.kinematics import lengths, make_state, wrench_matrix
 from cdpr.mechanics.properties import home_pose
@@ -41,7 +42,7 @@ def turned(pose, d):
 @pytest.mark.parametrize("name", NAMES)
 def test_stiffness_is_what_differences_show(name):
     """With unstretched lengths that stay, so that tensions change, too."""
-    robot = robot_of(name)
+    robot = with_model(robot_of(name), "elastic")  # cables that sag: tests/mechanics/test_sagging_equilibrium.py
     pose = home_pose(robot)[0]
     rng = np.random.default_rng(0)
     tension = rng.uniform(100.0, 1000.0, robot.m)

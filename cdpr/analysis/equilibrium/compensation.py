@@ -10,8 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr.analysis.distribution import distribute
+from cdpr.analysis.distribution.sagging import static_tensions
 from cdpr.analysis.distribution.source import robot_and_gravity
 from cdpr.base.defaults import SOLVER
+from cdpr.cables import bends
 from cdpr.mechanics.potential import rest_lengths
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
@@ -26,7 +28,7 @@ class Compensation:
 
     Attributes:
         lengths: (K, m) unwound lengths of the unloaded cables, with the cable on pulleys [m].
-        tension: (K, m) tensions at rest [N].
+        tension: (K, m) tensions at rest, at the winches [N].
         status: (K,) `cdpr.tension.Status` of the solver.
     """
 
@@ -51,8 +53,8 @@ def compensated_lengths(
 ) -> Compensation:
     """Compute the unwound lengths with which the loaded platform rests at poses.
 
-    A solver chooses tensions that balance the weight; each cable is then as much shorter as these stretch it. The
-    inverse is `equilibrium`.
+    A solver chooses tensions that balance the weight; each cable is then as much shorter as these stretch it. Cables
+    that sag are longer, and also carry their own weight. The inverse is `equilibrium`.
 
     Args:
         robot: a Robot, a file, the name of an example, a dict or a Scenario.
@@ -64,7 +66,8 @@ def compensated_lengths(
 
     Returns:
         Lengths, tensions and statuses. Where no tensions balance the weight, the status is not OK, and the platform
-        does not rest there.
+        does not rest there. The status is NOT_FOUND, with NaN, where a cable that sags gets less than its least
+        tension.
 
     Raises:
         CdprError: if an argument is wrong.
@@ -80,7 +83,12 @@ def compensated_lengths(
     """
     robot, gravity = robot_and_gravity(robot, gravity)
     found = distribute(robot, poses, solver=solver, options=options, gravity=gravity, jobs=jobs)
-    rows = np.atleast_2d(checked(poses, (7,) if np.ndim(poses) == 1 else (None, 7), "poses")).copy()
+    single = np.ndim(poses) == 1
+    rows = np.atleast_2d(checked(poses, (7,) if single else (None, 7), "poses")).copy()
     rows[:, 3:] /= np.sqrt(np.einsum("ij,ij->i", rows[:, 3:], rows[:, 3:]))[:, None]
-    lengths = rest_lengths(robot, rows, np.atleast_2d(found.tension), jobs=jobs)
-    return Compensation(lengths if np.ndim(found.tension) == 2 else lengths[0], found.tension, found.status)
+    tension, status = np.atleast_2d(found.tension), found.status
+    if bends(robot):
+        found = static_tensions(robot, rows, solver=solver, options=options, gravity=gravity, jobs=jobs)
+        tension, status = found.tension, found.status[0] if single else found.status
+    lengths = rest_lengths(robot, rows, tension, gravity=gravity, jobs=jobs)
+    return Compensation(lengths[0] if single else lengths, tension[0] if single else tension, status)

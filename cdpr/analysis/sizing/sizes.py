@@ -14,7 +14,9 @@ from cdpr.analysis.sizing.duty import Duty
 from cdpr.base.defaults import SAFETY
 from cdpr.base.errors import CdprError
 from cdpr.base.problems import shown
+from cdpr.cables import bends
 from cdpr.mechanics.reach import Reach, bounds_of, plain_columns
+from cdpr.mechanics.sag import SIZED
 from cdpr.model import Robot
 
 # Relative tolerance of tension limits, as in solvers: logged tensions are decimal.
@@ -32,6 +34,7 @@ class Sizing:
         parts: name, figures, number of samples, number of infeasible samples, and exceeded limits of each duty.
         worst: worst figures of all duties.
         source: (m,), name of the duty with the largest tension.
+        sag: True if a cable sags.
     """
 
     robot: str
@@ -40,6 +43,7 @@ class Sizing:
     parts: tuple[tuple[str, Demands, int, int, tuple[str, ...]], ...]
     worst: Demands
     source: tuple[str, ...]
+    sag: bool = False
 
     def to_dict(self) -> dict[str, Any]:
         """Return the sizing as plain data with units in the names; None for missing figures."""
@@ -61,7 +65,7 @@ class Sizing:
                 }
                 for name, found, samples, lost, exceeded in self.parts
             ],
-        }
+        } | ({"sag": SIZED} if self.sag else {})
 
 
 NAMES = {
@@ -116,7 +120,8 @@ def sizing(duties: Sequence[Duty], safety: float = SAFETY) -> Sizing:
         (duty.name, figures, len(duty.feasible), int((~duty.feasible).sum()), _exceeded(duty, figures))
         for duty, figures in zip(duties, found, strict=True)
     )
-    return Sizing(first.name, names, float(safety), parts, Demands(**worst), source)
+    sag = any(bends(duty.robot) for duty in duties)
+    return Sizing(first.name, names, float(safety), parts, Demands(**worst), source, sag)
 
 
 def _exceeded(duty: Duty, found: Demands) -> tuple[str, ...]:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.analysis.distribution import distribute
+from cdpr.analysis.distribution.sagging import static_tensions
 from cdpr.analysis.workspace.measure import Measured, Mode, measure
 from cdpr.analysis.workspace.question import Question, directions
 from cdpr.base.errors import CdprError
+from cdpr.cables import bends
 from cdpr.mechanics.assumed_diameters import assumption, with_diameters
 from cdpr.mechanics.clearance import Clearance, clearance
+from cdpr.mechanics.sag import CHORD
 from cdpr.mechanics.stiffness import SLACK, inertia, stiffness
 from cdpr.model import Robot
 from cdpr.model.rank import RANK_TOLERANCE, significant
@@ -80,7 +82,7 @@ def stable(robot: Robot, poses: Array, question: Question, jobs: int | None = No
     K = K * np.outer(weights, weights)
     if not _rigid(robot, question).any():
         return _least(K, held)
-    tension = distribute(robot, poses, gravity=question.gravity, jobs=jobs).tension
+    tension = static_tensions(robot, poses, gravity=question.gravity, jobs=jobs).tension
     value, scale = np.full(len(K), np.nan), np.ones(len(K))
     for k in np.flatnonzero(held):
         taut = _rigid(robot, question) & (tension[k] > SLACK * tension[k].max())
@@ -116,12 +118,13 @@ def limits(robot: Robot, question: Question, numbers: list[int], *, bodies: bool
 
 def notes(robot: Robot, question: Question, *, bodies: bool) -> list[str]:
     """Return remarks on an answer."""
+    texts = [f"cables sag: {CHORD}"] if bends(robot) else []
     if not bodies and robot.m < robot.n:
         few = f"{robot.m} cable{'s' * (robot.m != 1)} for {robot.n} degrees of freedom"
-        return [f"{few}: the wrench matrix is rank-deficient at every pose"]
+        texts.append(f"{few}: the wrench matrix is rank-deficient at every pose")
     if not bodies:
-        return []
-    among, texts = bodies_of(robot, question), []
+        return texts
+    among = bodies_of(robot, question)
     if question.diameter is None and (assumed := assumption(robot)):
         texts.append(assumed.removeprefix(", "))
     if among.sharing:
@@ -155,7 +158,7 @@ def _stiffness(
         raise CdprError(
             f"cable '{name}' has no axial_stiffness: give the robot cable.axial_stiffness, or set --axial-stiffness (N)"
         )
-    tensions = distribute(robot, poses, gravity=question.gravity, jobs=jobs)
+    tensions = static_tensions(robot, poses, gravity=question.gravity, jobs=jobs)
     K, W = stiffness(
         robot,
         poses,

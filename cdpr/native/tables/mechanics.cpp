@@ -8,6 +8,7 @@
 #include <cdpr/mechanics/forward_kinematics.hpp>
 #include <cdpr/mechanics/inverse_dynamics.hpp>
 #include <cdpr/mechanics/reach.hpp>
+#include <cdpr/mechanics/sag.hpp>
 #include <cdpr/mechanics/stiffness.hpp>
 
 namespace cdpr::CDPR_TARGET {
@@ -25,6 +26,8 @@ static constexpr cdpr_entry entries[] = {
     entry<ForwardKinematics, forward_kinematics>("forward_kinematics"),
     entry<ExternalWork<double>, static_cast<int (*)(ExternalWork<double>&)>(external_work)>("external_work"),
     entry<Stiffness, static_cast<int (*)(Stiffness&)>(stiffness)>("stiffness"),
+    entry<SaggingStiffness, sagging_stiffness>("sagging_stiffness"),
+    entry<SaggingWrench, sagging_wrench>("sagging_wrench"),
     entry<Potential, potential>("potential"),
     entry<RestLengths, rest_lengths>("rest_lengths"),
 };

@@ -62,15 +62,17 @@ def compensation_lines(figures: dict[str, Any]) -> Iterator[str]:
     pose, held = figures["pose"], figures["uncompensated"]
     yield f"{figures['robot']} at {vector(pose['position_m'])} m{turned(pose['orientation_wxyz'])}"
     if not figures["feasible"]:
-        yield row("not at rest", f"no tensions within the limits balance the weight here ({figures['status']})")
+        loose = any(cable["length_m"] is None for cable in figures["cables"])
+        text = "a cable would get too little tension for its weight" if loose else "no tensions balance the weight"
+        yield row("not at rest", f"within the limits, {text} here ({figures['status']})")
     heading = ["cable", "unwound (m)", "path (m)", "shorter by (mm)", "tension (N)"]
     rows = [
         [
             cable["name"],
-            f"{cable['length_m']:.6f}",
+            "-" if cable["length_m"] is None else f"{cable['length_m']:.6f}",
             f"{cable['path_m']:.6f}",
-            f"{1e3 * (cable['path_m'] - cable['length_m']):.3f}",
-            f"{cable['tension_N']:.6g}",
+            "-" if cable["length_m"] is None else f"{1e3 * (cable['path_m'] - cable['length_m']):.3f}",
+            _number(cable["tension_N"]),
         ]
         for cable in figures["cables"]
     ]

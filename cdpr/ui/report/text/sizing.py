@@ -58,4 +58,4 @@ def lines(figures: Mapping[str, Any]) -> list[str]:
         rows = cells(figures, columns)
         if len(rows[0]) > 1:
             text += [*table(rows, ruled=True), ""]
-    return text + duties(figures)
+    return text + duties(figures) + ([figures["sag"]] if "sag" in figures else [])

@@ -1,0 +1,98 @@
+"""Cable that stretches along its chord by a measured curve of tension over strain.
+
+Ropes and strands become stiffer under load: their manufacturers or a test give the tension at some strains. Of the
+length l (m) the part l0 is unwound. The tension is f(e) + d (l' - l0'), with the strain e = (l - l0) / l0 and the curve
+f through 0 and up to five points, straight between them; beyond the last point it continues straight. A slack cable has
+no tension. With all points on one line the cable is the model `elastic`, whose remarks on steps apply, too.
+
+The curve is that of slow loading, without hysteresis and creep.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import Annotated
+
+from pydantic import AfterValidator, Field
+
+from cdpr.base.fields import NonNegative, Positive
+from cdpr.base.needs import of_winch
+from cdpr.cables.chain import Number, Span
+from cdpr.cables.elastic import DAMPING
+from cdpr.model import Cable
+
+POINTS = 5  # as in tabulated.hpp
+TABLE = "stiffness_table"
+
+
+def _rising(rows: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    for k, (low, high) in enumerate(pairwise(rows)):
+        if not (high[0] > low[0] and high[1] > low[1]):
+            raise ValueError(
+                f"expected strains and tensions that rise, but point {k + 2} is {list(high)} after {list(low)}"
+            )
+    return rows
+
+
+Curve = Annotated[list[tuple[Positive, Positive]], Field(min_length=1, max_length=POINTS), AfterValidator(_rising)]
+
+STRAINS = tuple(
+    Number(
+        f"cable.strain_{k}",
+        Positive if k == 1 else NonNegative,
+        "",
+        f"curve of tension over strain, strain at point {k}" + ("" if k == 1 else ", 0 without such a point"),
+        None if k == 1 else 0.0,
+        table=TABLE,
+    )
+    for k in range(1, POINTS + 1)
+)
+TENSIONS = tuple(
+    Number(
+        f"cable.tension_{k}",
+        Positive if k == 1 else NonNegative,
+        "N",
+        f"curve of tension over strain, tension at point {k}" + ("" if k == 1 else ", 0 without such a point"),
+        None if k == 1 else 0.0,
+        table=TABLE,
+    )
+    for k in range(1, POINTS + 1)
+)
+
+
+class Tabulated(Span):
+    """Span with a curve."""
+
+    def stiffest(self, cable: Cable) -> float:
+        """Return the largest slope of the curve, N."""
+        points = [(0.0, 0.0), *curve_of(cable.own)]
+        return max((high[1] - low[1]) / (high[0] - low[0]) for low, high in pairwise(points))
+
+
+TABULATED = Tabulated(
+    header="cdpr/cables/tabulated/tabulated.hpp", numbers=(*STRAINS, *TENSIONS, DAMPING), needs=of_winch()
+)
+
+
+def numbers_of(rows: Sequence[tuple[float, float]]) -> dict[str, float]:
+    """Return the numbers of a cable with a curve, by key.
+
+    Args:
+        rows: strains and tensions [N].
+
+    Example:
+        >>> numbers_of([(0.01, 200.0), (0.02, 500.0)])
+        {'strain_1': 0.01, 'tension_1': 200.0, 'strain_2': 0.02, 'tension_2': 500.0}
+    """
+    return {
+        number.key: float(value)
+        for row, pair in zip(rows, zip(STRAINS, TENSIONS, strict=True), strict=False)
+        for number, value in zip(pair, row, strict=True)
+    }
+
+
+def curve_of(own: Mapping[str, float]) -> list[tuple[float, float]]:
+    """Return the strains and tensions [N] of a cable's numbers, by key; [] without a curve."""
+    pairs = [(own.get(e.key, 0.0), own.get(t.key, 0.0)) for e, t in zip(STRAINS, TENSIONS, strict=True)]
+    return [pair for pair in pairs if pair[0] > 0.0]
