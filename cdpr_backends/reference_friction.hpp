@@ -12,7 +12,7 @@ namespace rubbing {
 // Pull of one cable or several.
 template <class T> struct Pull {
     Wrench<T> wrench;  // N and N m
-    T power, tension;  // W, N; of several the sum, and the largest size
+    T power, tension;  // W, N; of several cables the power only
 };
 
 template <class T> CDPR_INLINE Pull<T> pull(const Line<T>& cable, T command, Vector<T> v, Vector<T> omega) {
@@ -48,60 +48,36 @@ template <class T> struct FrictionStep {
     }
 };
 
-// Return wrench and power of the cables.
-template <class T> CDPR_INLINE rubbing::Pull<T> pull_of_rubbing(const FrictionStep<T>& own,
-                                                                const free_body::Point<T>& at, Vector<T> omega) {
-    const ReferenceStep<T>& plant = own.plant;
-    rubbing::Pull<T> sum = {{{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}}, 0.0, 0.0};
-    for (int64_t i = 0; i < plant.m; i++) {
-        const Line<T> cable = line(plant.lines, plant.w, i, at.p, at.q);
-        const rubbing::Pull<T> one = rubbing::pull(cable, plant.command[i], at.v, omega);
-        own.observe(one.tension, i);
-        sum = {sum.wrench + one.wrench, sum.power + one.power, one.tension};
+namespace rubbing {
+
+// Cables one after the other.
+template <class T> struct Each {
+    CDPR_INLINE Pull<T> pull(const FrictionStep<T>& own, const free_body::Point<T>& at, Vector<T> omega) const {
+        const ReferenceStep<T>& plant = own.plant;
+        Pull<T> sum = {{{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}}, 0.0, 0.0};
+        for (int64_t i = 0; i < plant.m; i++) {
+            const Line<T> cable = line(plant.lines, plant.w, i, at.p, at.q);
+            const Pull<T> one = rubbing::pull(cable, plant.command[i], at.v, omega);
+            own.observe(one.tension, i);
+            sum = {sum.wrench + one.wrench, sum.power + one.power, 0.0};
+        }
+        return sum;
     }
-    return sum;
-}
+};
 
-template <class T> CDPR_INLINE rubbing::Pull<T> pull_of_eight_rubbing(const FrictionStep<T>& own,
-                                                                      const free_body::Point<T>& at, Vector<T> omega) {
-    return pull_of_rubbing(own, at, omega);
-}
-
-#ifdef CDPR_LANES
-template <> CDPR_INLINE rubbing::Pull<double> pull_of_eight_rubbing<double>(const FrictionStep<double>& own,
-                                                                            const free_body::Point<double>& at,
-                                                                            Vector<double> omega) {
-    using Eight = EightRubbing;
-    const ReferenceStep<double>& plant = own.plant;
-    const rubbing::Pull<Lanes> each = rubbing::pull(Eight(plant.lines).at(at.p, at.q), gather(plant.command, 1),
-                                                    Eight::same(at.v), Eight::same(omega));
-    rubbing::Pull<double> sum = {{{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}}, 0.0, 0.0};
-    add_each(each.wrench.force, sum.wrench.force);
-    add_each(each.wrench.moment, sum.wrench.moment);
-    for (int i = 0; i < WIDTH; i++) {
-        own.observe(each.tension.get(i), i);
-        sum.power = sum.power + each.power.get(i);
-    }
-    return sum;
-}
-#endif
-
-template <class T> inline int friction_step(FrictionStep<T>& own) {
+template <class T, class Cables> CDPR_INLINE void advance(FrictionStep<T>& own, const Cables& cables) {
     ReferenceStep<T>& plant = own.plant;
-    if (!has_anchors<T>(plant.w)) return code(T(double(BAD_INPUT)));
-    const bool eight = are_eight_rubbing<T>(plant.lines, plant.w, plant.m);
     const Vector<T> zero = {0.0, 0.0, 0.0};
-    const rubbing::Point<T> none = {{zero, {0.0, 0.0, 0.0, 0.0}, zero, zero}, 0.0};
+    const Point<T> none = {{zero, {0.0, 0.0, 0.0, 0.0}, zero, zero}, 0.0};
     for (int64_t k = 0; k < plant.steps; k++) {
-        const rubbing::Point<T> start = {
+        const Point<T> start = {
             {vector(plant.body), quaternion(plant.body + 3), vector(plant.body + 7), vector(plant.momentum)},
             own.cable_work[0]};
-        const rubbing::Point<T> end = runge_kutta<T>(start, none, plant.step, [&](rubbing::Point<T> point, double) {
+        const Point<T> end = runge_kutta<T>(start, none, plant.step, [&](const Point<T>& point, double) {
             const free_body::Point<T>& at = point.body;
             const Vector<T> omega = free_body::angular_velocity(plant.moments(), at.q, at.L);
-            const rubbing::Pull<T> pull =
-                eight ? pull_of_eight_rubbing(own, at, omega) : pull_of_rubbing(own, at, omega);
-            return rubbing::Point<T>{plant.slope_under(pull.wrench, at, omega), pull.power};
+            const Pull<T> pull = cables.pull(own, at, omega);
+            return Point<T>{plant.slope_under(pull.wrench, at, omega), pull.power};
         });
         store(end.body.p, plant.body);
         store(normalised(end.body.q), plant.body + 3);
@@ -109,6 +85,46 @@ template <class T> inline int friction_step(FrictionStep<T>& own) {
         store(end.body.L, plant.momentum);
         own.cable_work[0] = end.work;
     }
+}
+
+// Advance eight cables side by side; return whether there are eight.
+template <class T> CDPR_INLINE bool advance_eight(FrictionStep<T>&) { return false; }
+
+#ifdef CDPR_LANES
+struct Eight {
+    EightRubbing lines;
+    Lanes command;
+
+    CDPR_INLINE Pull<double> pull(const FrictionStep<double>& own, const free_body::Point<double>& at,
+                                  Vector<double> omega) const {
+        const Vector<Lanes> v = EightRubbing::same(at.v), turning = EightRubbing::same(omega);
+        const Pull<Lanes> each = rubbing::pull(lines.at(at.p, at.q), command, v, turning);
+        Pull<double> sum = {{{0.0, 0.0, 0.0}, {0.0, 0.0, 0.0}}, 0.0, 0.0};
+        add_each(each.wrench.force, sum.wrench.force);
+        add_each(each.wrench.moment, sum.wrench.moment);
+        for (int i = 0; i < WIDTH; i++) {
+            own.observe(each.tension.get(i), i);
+            sum.power = sum.power + each.power.get(i);
+        }
+        return sum;
+    }
+};
+
+template <> CDPR_INLINE bool advance_eight<double>(FrictionStep<double>& own) {
+    const ReferenceStep<double>& plant = own.plant;
+    if (!are_eight_rubbing<double>(plant.lines, plant.w, plant.m)) return false;
+    const Eight cables = {EightRubbing(plant.lines), gather(plant.command, 1)};
+    advance(own, cables);
+    return true;
+}
+#endif
+
+}  // namespace rubbing
+
+template <class T> inline int friction_step(FrictionStep<T>& own) {
+    ReferenceStep<T>& plant = own.plant;
+    if (!has_anchors<T>(plant.w)) return code(T(double(BAD_INPUT)));
+    if (!rubbing::advance_eight(own)) rubbing::advance(own, rubbing::Each<T>());
     const Quaternion<T> q = quaternion(plant.body + 3);
     store(free_body::angular_velocity(plant.moments(), q, vector(plant.momentum)), plant.body + 10);
     to_platform(plant.offset, plant.body, plant.state);
@@ -126,8 +142,27 @@ template <class T> struct ExitTensions {
     static constexpr char fields[] = "lines(m, w >= 6), body(13), command(m), tension(m), m, w";
 };
 
+namespace rubbing {
+
+// Write the tensions of eight cables; return whether there are eight.
+template <class T> CDPR_INLINE bool write_eight(ExitTensions<T>&) { return false; }
+
+#ifdef CDPR_LANES
+template <> CDPR_INLINE bool write_eight<double>(ExitTensions<double>& cables) {
+    if (!are_eight_rubbing<double>(cables.lines, cables.w, cables.m)) return false;
+    const Vector<Lanes> v = EightRubbing::same(vector(cables.body + 7));
+    const Vector<Lanes> omega = EightRubbing::same(vector(cables.body + 10));
+    const Line<Lanes> eight = EightRubbing(cables.lines).at(vector(cables.body), quaternion(cables.body + 3));
+    scatter(pull(eight, gather(cables.command, 1), v, omega).tension, cables.tension);
+    return true;
+}
+#endif
+
+}  // namespace rubbing
+
 template <class T> inline int exit_tensions(ExitTensions<T>& cables) {
     if (!has_anchors<T>(cables.w)) return code(T(double(BAD_INPUT)));
+    if (rubbing::write_eight(cables)) return 0;
     const Vector<T> p = vector(cables.body), v = vector(cables.body + 7), omega = vector(cables.body + 10);
     const Quaternion<T> q = quaternion(cables.body + 3);
     for (int64_t i = 0; i < cables.m; i++)

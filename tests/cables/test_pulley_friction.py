@@ -14,6 +14,7 @@ from cdpr.base.errors import CdprError, PluginError, ScenarioError
 from cdpr.cables import Pulley, exits_of, read_exits
 from cdpr.cables.tables import line_table
 from cdpr.native.bind import bind
+from cdpr.plugins.registry import registry
 from cdpr.scenario import load_scenario
 
 SCENARIO = ROOT / "scenarios" / "cogiro_pulleys.yaml"
@@ -227,3 +228,26 @@ def test_unsupported_uses_are_errors():
 
     with pytest.raises(CdprError, match="pulleys with friction"):
         Actuator(load_scenario(SCENARIO, overrides={**MU, **MODELS["elastic"]}).robot, 1e-3).variables()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("model", ["ideal", "elastic"])
+def test_an_exported_plant_with_winches_moves_as_reference_does(model, tmp_path):
+    from fmu.cases import write
+    from fmu.driver import Driver
+
+    from cdpr.fmu.export import Plant
+
+    scenario = load_scenario(SCENARIO, overrides={**SHORT, **MODELS[model], **MU})
+    backend = registry().get("backend", "reference").make(scenario.robot, scenario.gravity, 1e-3, None)
+    backend.reset(scenario.initial.state())
+    backend.command[:] = command = 350.0 + 40.0 * np.sin(np.arange(8.0))
+    plant = Plant(scenario.robot, scenario.gravity, 1e-3, scenario.initial.state(), winches=True)
+    with Driver(write(plant, 3, tmp_path)) as driver:
+        driver.set("command", command)
+        for k in range(100):
+            driver.step(1e-3 * k, 1e-3)
+            backend.step(1)
+            assert np.abs(driver.state() - backend.state).max() < 1e-8  # other variables of the integrator
+        backend.read_tension(command)
+        np.testing.assert_allclose(driver.get("cable_tension"), command, rtol=1e-9)

@@ -13,7 +13,7 @@
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
-#include <cdpr/cables/chain.hpp>
+#include <cdpr/mechanics/plant.hpp>
 
 #include "model.h"
 
