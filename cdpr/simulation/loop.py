@@ -160,9 +160,7 @@ class Loop:
         self.pipeline.place = 0, 0, 0.0, 0
         self._first()
         if self.winding.needs_start:
-            stage = self.stage_of("wrench")
-            assert isinstance(stage, TensionStage)
-            self.winding.hold(self.parts, stage)
+            self.winding.hold(self.stage_of("wrench"))
         self.pipeline.due = self.schedule.begin()
         self.row[0] = 0.0
         if self.pipeline.due == 0:
