@@ -149,9 +149,8 @@ def of_winch() -> Needs:
 
 def of_length_winch() -> Needs:
     """Return the needs of a winch that takes a length or its rate as its command."""
-    controllers = {"native": no("the command of a cable is a tension there; set winch.type to torque")}
     models = {key: getattr(of_winch(), key) for key in ("mjcf", "sdf", "urdf")}
-    return _but({**controllers, **models, "backend": {"features": "winch_commands"}})
+    return _but({**models, "backend": {"features": "winch_commands"}})
 
 
 def of_loop_part() -> Needs:
