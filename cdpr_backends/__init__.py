@@ -263,7 +263,14 @@ def cdpr_backends() -> list[PluginInfo]:
             summary="an FMU of the plant (FMI 2.0 or 3.0, co-simulation): `file`, or by default one that cdpr exports",
             requires=("fmpy",),
             extra="cdpr[fmu]",
-            properties={"order": 4, "snapshot": True, "load": True, "exits": ALL_EXITS, "scheme": "rk4"},
+            properties={
+                "order": 4,
+                "snapshot": True,
+                "load": True,
+                **OUR_CABLES,
+                "features": ("winch_commands",),
+                "scheme": "rk4",
+            },
             options=FmuOptions,
         ),
         PluginInfo(

@@ -9,12 +9,14 @@ from __future__ import annotations
 import warnings
 import weakref
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from cdpr.base import tolerances
 from cdpr.base.errors import FmuError, PluginError
+from cdpr.cables import immediate, takes_lengths
 from cdpr.fmu.export import Plant, cached_fmu
 from cdpr.fmu.read.archive import Archive, open_archive
 from cdpr.fmu.read.trust import require_trust
@@ -25,8 +27,10 @@ from cdpr.mechanics import kinematics
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend
+from cdpr.plugins.backend import Operations
 from cdpr.plugins.snapshots import Saved, put_back, save
 from cdpr_backends.fmu_checks import INITIAL, MOST_FACTOR, NO_ANSWER, pull_fault, start_fault
+from cdpr_backends.fmu_winches import FmuWinches
 
 MASS = "mass", "center_of_mass", "inertia"  # parameters
 
@@ -63,15 +67,23 @@ class FmuBackend(Backend):
         self._put_external = writer(inputs, {"external_wrench": 0}, instance.inputs)
         self._read_state = reader(outputs, STATE, instance.outputs, self.state)
         self._normalise = normaliser(self.state)
+        self._winched = None if immediate(robot) else FmuWinches(robot, self.fmu, step)
+        if self._winched is not None:
+            self.highest = self._winched.highest
         self._takes_wrench = "external_wrench" in inputs.ports
-        self._unknown = not own  # True until the pull of its cables has been checked
+        # True until the pull of its cables has been checked; winches that take lengths or rates are not
+        self._unknown = not own and not takes_lengths(robot)
+        self._start = np.zeros(13)
         self._unwanted: list[int] = []  # saved states of snapshots that no longer exist
 
     def reset(self, state: Array) -> None:
         """Restart the FMU with the platform in `state` (13,)."""
         start = np.array(state, dtype=np.float64)
+        self._start[:] = start
+        if self._winched is not None:
+            self._winched.reset()
         self.state[:] = kinematics.make_state(np.zeros(3))  # for states that the FMU does not output
-        self._put()
+        self._put(begin=False)
         self.fmu.start(self._known(start))
         self._get()
         self._check_start(start)
@@ -89,8 +101,33 @@ class FmuBackend(Backend):
     def step(self, n: int) -> None:
         """Advance by n physics steps."""
         self._put()
-        self._instance.step(n * self._ratio)
+        if self._winched is None:
+            self._instance.step(n * self._ratio)
+        else:
+            self._winched.step(n * self._ratio, self.command)
         self._get()
+
+    def read_tension(self, tension: Array) -> None:
+        """Write the tension of each cable, N."""
+        if self._winched is None:
+            super().read_tension(tension)
+        else:
+            self._put()
+            self._winched.read_tension(self.command, tension)
+
+    def cable_work(self) -> float:
+        """Return the work of the cables on the platform, J."""
+        return super().cable_work() if self._winched is None else self._winched.work()
+
+    def winch_readings(self, unwound: Array, unwinding: Array, torque: Array) -> Operations:
+        """Return the operation that reads the winches."""
+        if self._winched is None:
+            return super().winch_readings(unwound, unwinding, torque)
+        return [partial(self._winched.read, unwound, unwinding, torque)]
+
+    def bent_readings(self, unstretched: Array, bending: Array) -> Operations | None:
+        """Return the operation that reads cables which sag."""
+        return None if self._winched is None else [partial(self._winched.read_bending, unstretched, bending)]
 
     def engine_time(self) -> float:
         """Return the time of the FMU [s]."""
@@ -122,14 +159,23 @@ class FmuBackend(Backend):
 
     @property
     def _arrays(self) -> tuple[Array, ...]:
-        return self.command, self.external, self.state
+        own = self.command, self.external, self.state
+        return own if self._winched is None else (*own, *self._winched.arrays)
 
-    def _put(self) -> None:
-        self._put_command(self.command)
+    def _put(self, begin: bool = True) -> None:
+        """Write the inputs; `begin` is True if winches start at these commands, unless they have."""
+        if self._winched is None:
+            self._put_command(self.command)
+        elif begin:
+            self._winched.put(self.command, self._restart)
         if self._takes_wrench:
             self._put_external(self.external)
         elif self.external.any():
             raise PluginError(f"the FMU '{self.fmu.name}' has no input for an external wrench, but one acts")
+
+    def _restart(self, lengths: dict[str, Known]) -> None:
+        """Start again at the first commands of the winches, which are unwound lengths."""
+        self.fmu.start({**self._known(self._start), **lengths})
 
     def _get(self) -> None:
         self._read_state()
@@ -137,7 +183,8 @@ class FmuBackend(Backend):
 
     def _exported(self) -> Archive:
         """Return the robot as an FMU exported by cdpr; `reset` sets its state."""
-        plant = Plant(self.robot, self.gravity, float(self.physics_step), kinematics.make_state(np.zeros(3)))
+        state, winches = kinematics.make_state(np.zeros(3)), not immediate(self.robot)
+        plant = Plant(self.robot, self.gravity, float(self.physics_step), state, winches)
         archive = open_archive(cached_fmu(plant, self.options.export.fmi if self.options.export else 3))
         if archive.sha256 != archive.path.stem:
             raise FmuError(f"{archive.path}: has changed since cdpr wrote it; remove it")

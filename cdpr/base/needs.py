@@ -158,10 +158,8 @@ def of_exit_friction() -> Needs:
 
 def of_length_winch() -> Needs:
     """Return the needs of a winch that takes a length or its rate as its command."""
-    tension_only = no("the command of a cable is a tension there; set winch.type to torque")
-    controllers = dict.fromkeys(("plant_fmu", "controller_fmu", "bare_controller_fmu", "native"), tension_only)
     models = {key: getattr(of_winch(), key) for key in ("mjcf", "sdf", "urdf")}
-    return _but({**controllers, **models, "backend": {"features": "winch_commands"}})
+    return _but({**models, "backend": {"features": "winch_commands"}})
 
 
 def of_drives() -> Needs:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from cdpr.base.errors import CdprError
-from cdpr.cables import commands_of
+from cdpr.cables import commands_of, takes_lengths
 from cdpr.cables.tables import line_table
 from cdpr.fmu.export import Control, Load
 from cdpr.model.robot import Array
@@ -17,16 +17,19 @@ from cdpr.native.exported_pipeline import ANSWER, FINITE, IGNORED, Call, Exporte
 from cdpr.native.own import Own
 from cdpr.plugins import Controller, TensionSolver
 from cdpr.plugins.compiled import speaks_for
+from cdpr.plugins.controller import Output
 from cdpr.plugins.registry import registry
 from cdpr.scenario import Scenario
 from cdpr.simulation.build import output_of
 from cdpr.simulation.columns import chosen_plugins
 from cdpr.simulation.controller_calls import observes, period_of
+from cdpr.simulation.exported_winding import ExportedWinding
 from cdpr.simulation.needs import require
 from cdpr.tension.command import CommandStage
-from cdpr.tension.current_sample import Present
+from cdpr.tension.current_sample import Cables, Present
 from cdpr.tension.operations import Operation
 from cdpr.tension.stage import StageSolver, TensionStage
+from cdpr.tension.winch_command import WinchStage
 
 
 def control_of(scenario: Scenario, motion: bool = False) -> Control:
@@ -58,7 +61,7 @@ def control_of(scenario: Scenario, motion: bool = False) -> Control:
             names.append(scenario.solver.type)
         desired = np.zeros(19)
         scenario.desired.sampler(desired)(0.0)
-        pipeline, own = _pipeline(scenario, controller, solver, motion)
+        pipeline, own = _pipeline(scenario, controller, output, solver, motion)
         tunable = controller.tunable()
         return Control(
             names=names,
@@ -81,7 +84,7 @@ def loads_of(scenario: Scenario) -> tuple[Load, ...]:
 
 
 def _pipeline(
-    scenario: Scenario, controller: Controller, solver: TensionSolver | None, motion: bool
+    scenario: Scenario, controller: Controller, output: Output, solver: TensionSolver | None, motion: bool
 ) -> tuple[ExportedPipeline, Mapping[str, Own]]:
     """Return the pipeline of a control step, and the operations that are not in the kernel library."""
     robot = scenario.controlled_robot
@@ -91,14 +94,20 @@ def _pipeline(
     controller.connect(live.report)
     controller.sense(measured)
     stage: TensionStage | CommandStage
-    if solver is None:
+    lines = line_table(robot)
+    winding = ExportedWinding(scenario, lines, state, measured) if takes_lengths(scenario.robot) else None
+    if winding is not None and output == "winch":
+        given = {**winding.arguments, "start": winding.start}
+        stage = WinchStage(robot, scenario.solver.infeasible, live, Cables.of(robot), given)
+        out = stage.command
+    elif solver is None:
         stage = CommandStage(robot, scenario.solver.infeasible, live)
         out = stage.command
     else:
         stage, out = _stage(scenario, solver, live), live.wrench
-    given = state, desired, out
-    law = _compiled("controller", scenario.controller.type, controller.compiled, controller.control, *given)
-    lines = line_table(robot)
+    law = _compiled(
+        "controller", scenario.controller.type, controller.compiled, controller.control, state, desired, out
+    )
     calls = [
         Call(bind("geometry", lines=lines, state=state, matrix=live.W, length=measured[0], rate=measured[1])),
         Call(law, entry=_own_entry("controller", controller, law, own)),
@@ -106,6 +115,10 @@ def _pipeline(
         *_calls(stage.operations, solver, own),
     ]
     named = {"state": state, "desired": desired, "tension": live.tension, "report": live.report, "lines": lines}
+    if winding is not None:
+        named |= {"unwound": winding.unwound, "winch_command": winding.command, "drive": winding.drive}
+        if output != "winch":
+            calls.append(Call(winding.winds(live.tension)))
     if any(load.body.known for load in loads_of(scenario)):
         if "inertial" not in getattr(law, "given", {}):
             raise CdprError(

@@ -1,4 +1,4 @@
-"""External wrenches and tensions, which replace the answers of controller or solver."""
+"""External wrenches and commands of cables, which replace the answers of controller or solver."""
 
 from __future__ import annotations
 
@@ -10,18 +10,21 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr.base.errors import CdprError
+from cdpr.cables import commands_of
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
-from cdpr.plugins.controller import Output
+from cdpr.plugins.controller import Output, stage_of_output
 from cdpr.scenario.events import end_of_commands
 from cdpr.scenario.events.commands import Kind
 from cdpr.simulation.parts import Parts
 from cdpr.simulation.pipeline import Pipeline
 from cdpr.simulation.record import Record
+from cdpr.simulation.winding import Winding
 from cdpr.tension.command import CommandStage
 from cdpr.tension.operations import Operation
 from cdpr.tension.stage import TensionStage
+from cdpr.tension.winch_command import WinchStage
 
 Stage = TensionStage | CommandStage
 
@@ -37,6 +40,7 @@ class ClosedLoop(Protocol):
     advancing: list[Operation]
     row: Array
     tension: Array
+    winding: Winding
 
     def stage_of(self, output: Output) -> Stage:
         """Make a stage for such an output."""
@@ -53,7 +57,7 @@ class Command:
 
     Attributes:
         kind: name of the command.
-        values: (6,) wrench in N and N m, or (m,) tensions in N; the pipeline reads them here.
+        values: (6,) wrench in N and N m, or (m,) commands in N, m or m/s; the pipeline reads them here.
         stage: distribution of the wrench, or check of the tensions.
         pipeline: steps in which they replace the answer.
         take: operation that checks and copies values, and records them for a number of `steps`.
@@ -104,10 +108,10 @@ class ExternalCommands:
         return (command.pipeline for command in self._commands.values())
 
     def give(self, kind: Kind, values: ArrayLike, steps: int) -> Pipeline:
-        """Return the pipeline with this wrench (6,) or these tensions (m,), copied and recorded for `steps`.
+        """Return the pipeline with this wrench (6,) or these commands (m,), copied and recorded for `steps`.
 
         Raises:
-            CdprError: if the values are not finite numbers of that shape.
+            CdprError: if the values are not finite numbers of that shape, or the winches do not take them.
         """
         command = self._last
         if command is None or command.kind != kind:
@@ -157,6 +161,8 @@ class ExternalCommands:
         command.
         """
         loop, stage = self._loop, self._stage(kind)
+        if first and isinstance(stage, WinchStage) and stage is not loop.stage:
+            loop.winding.hold(loop.stage_of("wrench"))
         out = loop.written(stage)
         values = np.zeros_like(out)
         deciding = [Operation("command", bind("copy", source=values, target=out)), *loop.through(stage)]
@@ -167,7 +173,14 @@ class ExternalCommands:
         return Command(kind, values, stage, pipeline, self._record)
 
     def _stage(self, kind: Kind) -> Stage:
-        output: Output = "wrench" if kind == "wrench" else "command"
+        takes = commands_of(self._loop.parts.robot)
+        output = stage_of_output(kind, takes)
+        if output is None:
+            taken = " or ".join(f"a {each}" for each in dict.fromkeys(takes))
+            raise CdprError(
+                f"{kind}: the winches of this robot take {taken}: give a wrench, tensions, or `command`, which is the "
+                "quantity that each winch takes"
+            )
         if output == self._loop.parts.output:
             return self._loop.stage
         stages = [command.stage for command in self._commands.values() if command.kind == kind]

@@ -164,9 +164,7 @@ class Loop:
         if self.pipeline.due == 0:
             self._happen()
         if self.winding.needs_start:
-            stage = self.stage_of("wrench")
-            assert isinstance(stage, TensionStage)
-            self.winding.hold(self.parts, stage)
+            self.winding.hold(self.stage_of("wrench"))
         self._refresh()
         self.sample(0.0)
 

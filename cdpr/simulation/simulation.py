@@ -24,6 +24,7 @@ from cdpr.model.robot import Array, read_only
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.scenario import Scenario
 from cdpr.scenario.events import ScenarioEvent, first_sample
+from cdpr.scenario.events.commands import Kind
 from cdpr.scenario.loader import AnyScenario
 from cdpr.simulation.branches import Branches
 from cdpr.simulation.header import make_header
@@ -173,7 +174,16 @@ class Simulation(Branches):
         """Return a copy of the commanded tensions in the last complete sample, (m,), N; zeros before the first step."""
         return self._loop.tension.copy()
 
-    def step(self, n: int = 1, *, wrench: ArrayLike | None = None, tension: ArrayLike | None = None) -> None:
+    def step(
+        self,
+        n: int = 1,
+        *,
+        wrench: ArrayLike | None = None,
+        tension: ArrayLike | None = None,
+        length: ArrayLike | None = None,
+        rate: ArrayLike | None = None,
+        command: ArrayLike | None = None,
+    ) -> None:
         """Take n control steps, or as many as are left; the last one also completes the last sample.
 
         Args:
@@ -181,6 +191,9 @@ class Simulation(Branches):
             wrench: (6,) required wrench of the cables during these steps, N and N m; it replaces the controller's
                 answer and is distributed likewise. The controller is not called. Not possible from a stop on.
             tension: (m,) tensions, N, clipped to the limits; they replace the solver's answer, too.
+            length: (m,) unwound lengths, m, in place of tensions; all winches must take lengths.
+            rate: (m,) rates of the unwound lengths, m/s, likewise.
+            command: (m,) for each cable the quantity that its winch takes: N, m or m/s.
 
         Raises:
             CdprError: if an argument or the call is wrong.
@@ -197,14 +210,21 @@ class Simulation(Branches):
             if until > last:
                 until, n = last, last - first
             given, outside = None, self._loop.outside
-            if (wrench is not None or tension is not None) and outside.end <= last:
-                outside.check_stop(first, n, last)
-            if wrench is None:
-                given = None if tension is None else outside.give("tension", tension, n)
-            elif tension is None:
-                given = outside.give("wrench", wrench, n)
-            else:
-                raise CdprError("step: expected wrench or tension, not both")
+            found: tuple[Kind, ArrayLike] | None = None
+            if wrench is not None:
+                found = "wrench", wrench
+            if tension is not None:
+                found = _only(found, "tension", tension)
+            if length is not None:
+                found = _only(found, "length", length)
+            if rate is not None:
+                found = _only(found, "rate", rate)
+            if command is not None:
+                found = _only(found, "command", command)
+            if found is not None:
+                if outside.end <= last:
+                    outside.check_stop(first, n, last)
+                given = outside.give(*found, n)
             self._go(until, given)
 
     def until(self, time: float) -> None:
@@ -361,3 +381,10 @@ def _steps(n: object) -> int:
     if isinstance(n, bool) or not isinstance(n, int | np.integer) or n < 1:
         raise CdprError(f"step: expected a whole number of steps, at least 1, got {shown(n)}")
     return int(n)
+
+
+def _only(found: tuple[Kind, ArrayLike] | None, kind: Kind, values: ArrayLike) -> tuple[Kind, ArrayLike]:
+    """Return a command if it is the only one."""
+    if found is not None:
+        raise CdprError(f"step: expected {found[0]} or {kind}, not both")
+    return kind, values

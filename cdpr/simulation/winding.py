@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from cdpr.cables import RATE, commands_of, takes_lengths
-from cdpr.cables.tables import SPAN, chain_table, command_kinds
+from cdpr.cables.tables import command_kinds
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.native.bind import bind
 from cdpr.simulation.parts import Parts
@@ -13,11 +13,9 @@ from cdpr.simulation.sample import Sample
 from cdpr.tension.command import CommandStage
 from cdpr.tension.operations import Operation
 from cdpr.tension.stage import TensionStage
-from cdpr.tension.winch_command import WinchStage
+from cdpr.tension.winch_command import WinchStage, chains_of_map
 
 Stage = TensionStage | CommandStage
-
-SPAN_KINDS = slice(1, 3)  # columns of `chain_table`: kind and lowest tension of the spans
 
 
 class Winding:
@@ -44,8 +42,7 @@ class Winding:
             return
         robot, view = parts.perceived_robot, present.view
         self.command, unwound = view("winch_command"), view("unstretched_length")
-        chains = np.concatenate([chain_table(parts.robot)[:, :SPAN], chain_table(robot)[:, SPAN:]], axis=1)
-        chains[:, SPAN_KINDS] = chain_table(robot)[:, SPAN_KINDS]
+        chains = chains_of_map(parts.robot, robot)
         lines, self._placing = present.placed_lines(robot)
         cables = {"chains": chains, "lines": lines, "gravity": parts.backend.gravity}
         cables |= {"state": present.seen, "sensed": present.seen_cables}
@@ -97,9 +94,9 @@ class Winding:
         """True if `start` is used: the controller commands rates, which define no tension."""
         return self._parts.output == "winch" and RATE in commands_of(self._parts.robot)
 
-    def hold(self, parts: Parts, stage: TensionStage) -> None:
+    def hold(self, stage: Stage) -> None:
         """Write into `start` the tensions by which a stage holds the weight of the plant, with its payload, at rest."""
-        present = self._present
+        present, parts = self._present, self._parts
         still = np.concatenate([present.seen[:7], np.zeros(6)])
         present.live.wrench[:] = required_wrench(parts.backend.robot, still, parts.backend.gravity)
         stage.distribute()

@@ -5,12 +5,25 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
+from cdpr.cables.tables import SPAN, chain_table
 from cdpr.model import Robot
+from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.tension.command import CommandStage
 from cdpr.tension.current_sample import Cables, Present
 from cdpr.tension.operations import Operation
 from cdpr.tension.policy import Policy
+
+SPAN_KINDS = slice(1, 3)  # columns of `chain_table`: kind and lowest tension of the spans
+
+
+def chains_of_map(robot: Robot, nominal: Robot) -> Array:
+    """Return the chains (m, 27) by which tensions become lengths: winches of the robot, spans of the nominal one."""
+    chains = np.concatenate([chain_table(robot)[:, :SPAN], chain_table(nominal)[:, SPAN:]], axis=1)
+    chains[:, SPAN_KINDS] = chain_table(nominal)[:, SPAN_KINDS]
+    return chains
 
 
 class WinchStage(CommandStage):

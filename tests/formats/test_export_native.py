@@ -185,3 +185,42 @@ def test_programs_reproduce_a_log_to_the_bit_without_allocation(case, tmp_path):
         assert tensions.tobytes() == np.ascontiguousarray(run["tension"]).tobytes()
         assert int(told["status"]) == int((run["status"] != 0).any())
     assert (case == "replaced") == (run["status"] != 0).any()
+
+
+WINCHES = {
+    "servos": [],
+    "ideal drives": ["robot.winch={type: position}", "controller.type=computed_torque"],
+    "rates": ["robot.winch.type=velocity", "controller.type=computed_torque"],
+    "mixed": [
+        "robot.cables[1].winch={type: torque, drum_radius: 0.05, inertia: 0.002}",
+        "controller.type=computed_torque",
+    ],
+}
+UNITS = {"servos": "m", "ideal drives": "m", "rates": "m/s", "mixed": "m, N, m, m"}
+
+
+@pytest.mark.parametrize("case", WINCHES)
+def test_headers_contain_the_units_of_the_winches(case):
+    text = native_files(scenario("camera_robot", WINCHES[case]))[HEADER].decode()
+    assert f"/* Compute the commands (CDPR_CABLES), {UNITS[case]}, for a measured state" in text
+    assert ("cdpr_measure" in text) == (case in ("ideal drives", "rates"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", WINCHES)
+def test_commands_of_winches_are_those_of_a_run_to_the_bit(case, tmp_path):
+    loaded = scenario("camera_robot", WINCHES[case])
+    run = simulate(loaded)
+    library = build(loaded, tmp_path)
+    assert library.begin() == OK
+    state = np.concatenate([run[each] for each in ("position", "orientation", "velocity", "angular_velocity")], axis=1)
+    names = "position", "orientation", "velocity", "angular_velocity", "acceleration", "angular_acceleration"
+    desired = np.concatenate([run[f"desired_{each}"] for each in names], axis=1)
+    command = np.zeros(loaded.robot.m)
+    for k in range(len(run.rows)):
+        if case in ("ideal drives", "rates"):
+            lengths = np.ascontiguousarray(run.unstretched_length[k])
+            assert library.loaded.cdpr_measure(library.memory, lengths.ctypes.data_as(ctypes.c_void_p)) == OK
+        time = ctypes.c_double(run.time[k]).value
+        assert library.step(state[k].copy(), desired[k].copy(), command, time) == OK
+        np.testing.assert_array_equal(command, run.winch_command[k])

@@ -5,11 +5,12 @@ tensions are evaluated at every stage. `Plant`, `Actuator` and `Controller` defi
 `cached_fmu` keeps it in the user's cache.
 """
 
+from cdpr.fmu.export.actuator import Actuator
 from cdpr.fmu.export.archive import cached_fmu, fmu_bytes, write_fmu
 from cdpr.fmu.export.control import Control
 from cdpr.fmu.export.library import NATIVE
 from cdpr.fmu.export.loads import Load
-from cdpr.fmu.export.models import Actuator, Controller, Plant
+from cdpr.fmu.export.models import Controller, Plant
 from cdpr.fmu.export.variables import Model
 
 __all__ = [

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from cdpr.fmu.export.variables import Variable, entrance, parameter
+from cdpr.fmu.export.winch_variables import prescribed
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.entries import TABLE, headers_of, own_entries, table
@@ -71,5 +72,7 @@ class Control:
             parameter(f"controller.{name}", values.shape, "", values, f"{name} of the controller {self.names[0]}")
             for name, values in self.options.items()
         ]
-        step = parameter("control_step", (), "s", [self.control_step], "time between decisions", False, least=0.0)
-        return [*own, step]
+        text = "time between decisions"
+        if prescribed(self.robot):  # their operations contain it
+            return [*own, Variable("control_step", "constant", (), "s", (self.control_step,), text)]
+        return [*own, parameter("control_step", (), "s", [self.control_step], text, False, least=0.0)]

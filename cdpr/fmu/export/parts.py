@@ -2,37 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
 
-from cdpr.cables import chain_of
+from cdpr.cables import chain_of, takes_lengths
 from cdpr.cables.chain import Number, Part
-from cdpr.cables.tables import CHAIN_WIDTH, SPAN, WINCH, chain_table, line_table, places_of_states
+from cdpr.cables.tables import CHAIN_WIDTH, SPAN, WINCH, chain_table, command_kinds, line_table, places_of_states
 from cdpr.fmu.export.variables import Variable, parameter
-from cdpr.model import Robot
+from cdpr.model import Cable, Robot
 from cdpr.native.exported_pipeline import ExportedPipeline, Link
 
+NAN = math.nan
 
-def numbers_of(parts: Sequence[Part]) -> list[Number]:
-    """Return the parameters of these parts, each once."""
-    return list({number.name: number for part in parts for number in part.numbers}.values())
+
+def given_numbers(part: Part, cable: Cable) -> dict[Number, float]:
+    """Return the numbers of a part that a cable has: not those that it need not have, and no infinite limits."""
+    values = {number: number.of(cable, part.without.get(number.name)) for number in part.numbers}
+    lacking = [number for number in part.numbers if number.name in part.without and math.isnan(number.of(cable, NAN))]
+    return {number: value for number, value in values.items() if number not in lacking and math.isfinite(value)}
 
 
 def winch_parameters(robot: Robot) -> list[Variable]:
     """Return the parameters of winches and spans, 0 for cables without them."""
-    parts = [(chain.winch, chain.span) for chain in (chain_of(robot, cable) for cable in robot.cables)]
+    found = []
+    for cable in robot.cables:
+        chain = chain_of(robot, cable)
+        found.append(given_numbers(chain.winch, cable) | given_numbers(chain.span, cable))
     return [
         parameter(
             number.name,
             (robot.m,),
             number.unit_of_fmu,
-            [
-                number.of(cable) if any(number in part.numbers for part in own) else 0.0
-                for cable, own in zip(robot.cables, parts, strict=True)
-            ],
+            [own.get(number, 0.0) for own in found],
             number.text,
             least=0.0 if number.positive else None,
         )
-        for number in numbers_of([part for own in parts for part in own])
+        for number in dict.fromkeys(number for own in found for number in own)
     ]
 
 
@@ -52,12 +56,22 @@ def add_chains(pipeline: ExportedPipeline, robot: Robot) -> None:
     """Add the winches and spans of the cables, and link their variables."""
     index = pipeline.add("chains", chain_table(robot), "memory")
     pipeline.add("winch_places", places_of_states(robot), "constant")
+    add_commands(pipeline, robot)
     for i, cable in enumerate(robot.cables):
         chain = chain_of(robot, cable)
         for part, first in ((chain.winch, WINCH), (chain.span, SPAN)):
+            own = given_numbers(part, cable)
             for k, number in enumerate(part.numbers):
+                if number not in own:
+                    continue
                 place = i * CHAIN_WIDTH + first + k
                 pipeline.links.append(Link(number.name, i, 1, index, place, positive=number.positive))
+
+
+def add_commands(pipeline: ExportedPipeline, robot: Robot) -> None:
+    """Add the quantities that the winches take, unless all take tensions."""
+    if takes_lengths(robot):
+        pipeline.add("takes", command_kinds(robot), "constant")
 
 
 def states_in(pipeline: ExportedPipeline) -> int:

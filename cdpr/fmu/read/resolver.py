@@ -8,12 +8,13 @@ from collections.abc import Sequence
 from cdpr.base.errors import FmuError
 from cdpr.base.nearest import did_you_mean, nearest
 from cdpr.base.problems import short_repr
+from cdpr.cables import commands_of, immediate
 from cdpr.fmu.read.candidates import NUMBERED, Candidate, Finder, unique
 from cdpr.fmu.read.conversion import convert, declares
 from cdpr.fmu.read.model import REALS, Element, ModelDescription
 from cdpr.fmu.read.options import Signals, Source
 from cdpr.fmu.read.ports import Port
-from cdpr.fmu.read.signals import INPUTS, OUTPUTS, WXYZ, XYZ, Role, Signal
+from cdpr.fmu.read.signals import INPUTS, OUTPUTS, UNITS_OF_COMMANDS, WINCHED, WXYZ, XYZ, Role, Signal
 from cdpr.model import Robot
 
 NONE = "none"  # value in a scenario: the FMU has no such signal
@@ -29,6 +30,10 @@ class Resolver:
         self.robot = robot
         self.side = side
         self.signals = (INPUTS if side == "inputs" else OUTPUTS)[role]
+        if role == "plant" and side == "outputs" and not immediate(robot):
+            self.signals += WINCHED
+        # Units of the commands: those of the robot's winches.
+        self.commands = [] if role == "winch" else [UNITS_OF_COMMANDS[each] for each in commands_of(robot)]
         self.given = options.inputs if side == "inputs" else options.outputs
         self.order = options.cable_order
         self.notices: list[str] = []
@@ -125,7 +130,7 @@ class Resolver:
     def _automatic(self, signal: Signal) -> Port | None:
         """Search by the rules; the first match decides."""
         count, parts = self._count(signal), signal.components
-        units = signal.units(count)
+        units = self._units(signal, count)
         for rule, found in (
             ("name", [*self.finder.named(signal.name, count, parts), *self._halves(signal)]),
             ("terminal", [each for terminal in self.terminals for each in terminal.named(signal.name, count, parts)]),
@@ -157,7 +162,7 @@ class Resolver:
     def _port(
         self, signal: Signal, elements: Sequence[Element], source: Source | None, rule: str, euler: str = ""
     ) -> Port:
-        wanted = ("rad",) * 3 if euler else signal.units(len(elements))
+        wanted = ("rad",) * 3 if euler else self._units(signal, len(elements))
         conversion = convert(elements, wanted, source, self.description.units)
         self.notices += [f"{self.side} {signal.name}: {notice}" for notice in conversion.notices]
         return Port(signal.name, elements, conversion, euler=euler, rule=rule, source=source)
@@ -170,6 +175,10 @@ class Resolver:
 
     def _count(self, signal: Signal) -> int:
         return signal.size or self.robot.m
+
+    def _units(self, signal: Signal, count: int) -> Sequence[str]:
+        """Return the SI unit of each number."""
+        return self.commands if signal.name == "command" and self.commands else signal.units(count)
 
     def _required(self, signal: Signal) -> bool:
         turning = any(name.startswith("r") for name in self.robot.dof)

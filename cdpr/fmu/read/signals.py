@@ -66,6 +66,17 @@ LENGTHS = (
 )
 TENSIONS = ("tension", "tensions", "cable_force", "cable_forces", "F_cable", "F", "T")
 
+# Outputs of plants with winches.
+WINCHED = (
+    Signal("cable_tension", 0, "N"),
+    Signal("cable_work", 1, "J"),
+    Signal("unstretched_length", 0, "m"),
+    Signal("unstretched_rate", 0, "m/s"),
+    Signal("motor_torque", 0, "N.m"),
+    _wrench("bending_wrench", "optional", halves=("bending_force", "bending_moment")),
+)
+UNITS_OF_COMMANDS = {"tension": "N", "length": "m", "rate": "m/s"}  # of winches
+
 EXTERNAL = ("external_force", "external_moment")
 
 INPUTS: dict[Role, tuple[Signal, ...]] = {

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from cdpr.base.errors import FmuError
 from cdpr.base.problems import shown
 from cdpr.base.units import alike, known_unit, si
+from cdpr.cables import immediate
 from cdpr.fmu.export import Plant
 from cdpr.fmu.read.model import REALS, Element, ModelDescription, Variable
 from cdpr.fmu.run.instance import Setting, Value
@@ -34,7 +35,7 @@ def robot_parameters(
         robot = replace(robot, cables=tuple(robot.cables[i] for i in np.argsort(order)))
     return {
         variable.name: (np.reshape(variable.values, variable.shape), variable.unit)
-        for variable in Plant(robot, gravity, physics_step, state).variables()
+        for variable in Plant(robot, gravity, physics_step, state, winches=not immediate(robot)).variables()
         if variable.causality == "parameter"
     }
 

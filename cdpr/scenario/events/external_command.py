@@ -18,19 +18,19 @@ from cdpr.scenario.motions.motion import Report
 
 
 class ExternalCommand(ScenarioEvent):
-    """Wrenches or tensions from a file that replace the output of controller or solver."""
+    """Wrenches or commands of cables from a file that replace the output of controller or solver."""
 
     needs: ClassVar[Needs] = of_event()
     files: ClassVar[tuple[str, ...]] = ("file",)
     type: Literal["outside"] = Field(
         default_factory=lambda: "outside",
-        description="wrenches or tensions from a file, in place of the answers of controller or solver",
+        description="wrenches or commands of cables from a file, in place of the answers of controller or solver",
     )
     time: NonNegative = Field(0.0, description="time to which the file's times are added", json_schema_extra=unit("s"))
     file: str = Field(
         min_length=1,
         description="name of the file, relative to this one, as cdpr.Simulation.save writes it: t, until (s), "
-        "fx to mz (N, N m) and the tension of each cable (N)",
+        "fx to mz (N, N m) and the command of each cable: its tension (N), or what `quantity` names",
     )
     sha256: str | None = Field(
         None, pattern="^[0-9a-f]{64}$", description="checksum; if given, the file must still have it"

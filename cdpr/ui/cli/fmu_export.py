@@ -17,7 +17,11 @@ DEFAULT_STEP = 0.001  # s, for robots without a scenario
 @click.argument("file", metavar="ROBOT|SCENARIO", type=click.Path())
 @click.option("--out", "-o", required=True, type=OutPath(path_type=Path), help="The FMU to write.")
 @click.option("--fmi", type=click.Choice(["2", "3"]), default="3", show_default=True, help="Version of the standard.")
-@click.option("--with-winch", is_flag=True, help="With winches and cables: inputs are commands, not tensions.")
+@click.option(
+    "--with-winch",
+    is_flag=True,
+    help="With winches and cables: inputs are commands, not tensions. Default for winches that take lengths or rates.",
+)
 @click.option("--only-winch", is_flag=True, help="Winches and cables alone: commands and lengths in, tensions out.")
 @click.option(
     "--controller", is_flag=True, help="Controller and solver alone: state and desired motion in, tensions out."
@@ -68,7 +72,7 @@ def command(
     loaded = load_with_warnings(file, changes)
     import numpy as np
 
-    from cdpr.cables import ACTUATED, immediate, rubs, with_model
+    from cdpr.cables import ACTUATED, immediate, rubs, takes_lengths, with_model
     from cdpr.fmu.export import NATIVE, Actuator, Controller, Load, Model, Plant, write_fmu
     from cdpr.log.files import NAME_OR_FORCE
     from cdpr.mechanics.kinematics import make_state
@@ -100,6 +104,7 @@ def command(
         pose, _ = home_pose(loaded)
         robot, gravity, state = loaded, np.array(World().gravity), make_state(pose[:3], pose[3:])
     step = step or DEFAULT_STEP
+    with_winch = with_winch or (takes_lengths(robot) and not (controller or only_winch))
     if not (controller or with_winch or only_winch or immediate(robot)):
         friction = " and the friction of its pulleys" if rubs(robot) else ""
         text = f"its winches{friction} are not exported without --with-winch: tensions act at once"
@@ -120,7 +125,12 @@ def command(
             from cdpr.simulation.exported import loads_of
 
             loads = loads_of(loaded)
-        model = Plant(robot, gravity, step, state, winches=with_winch, control=control, loads=loads)
+        unwound = None
+        if isinstance(loaded, Scenario) and takes_lengths(robot) and not control:
+            from cdpr.simulation.exported_winding import holding_tensions, start_lengths
+
+            unwound = start_lengths(loaded, holding_tensions(loaded))
+        model = Plant(robot, gravity, step, state, with_winch, control, loads, unwound)
     sha256 = write_fmu(model, int(fmi), out, source_only, force, platforms or (NATIVE,), NAME_OR_FORCE)
     if as_json:
         facts = {"file": str(out), "fmi": int(fmi), "sha256": sha256, "model": model.name}

@@ -53,9 +53,15 @@ static bool read_words(FILE* file, double* words, size_t count) {
     return true;
 }
 
+// Return whether a variable has this name, or is the first of variables for its numbers, such as command[1].
+static bool is_named(const char* variable, const char* name) {
+    const size_t length = strlen(name);
+    return strncmp(variable, name, length) == 0 && (!variable[length] || strcmp(variable + length, "[1]") == 0);
+}
+
 static Name find_name(const char* name) {
     int found = 0;
-    while (found < NAMES && strcmp(name, name_of(Name(found))) != 0) found++;
+    while (found < NAMES && !is_named(name, name_of(Name(found)))) found++;
     return Name(found);
 }
 
@@ -187,6 +193,8 @@ static void lay_out(Model& model, Block& numbers, Block& work) {
     platform.cable_work = numbers.take(1);
     platform.beside = numbers.take(6);
     platform.place = numbers.take(7);
+    platform.rates = numbers.take(m);
+    platform.period = numbers.take(1);
     platform.total = numbers.take(13);
     platform.loaded_at = numbers.take(1);
     model.nominal = numbers.take(13);
@@ -223,11 +231,12 @@ static bool allocate_all(Model& model, size_t array_numbers, size_t array_work) 
     model.number = allocate<double>(model.count);
     model.work = allocate<double>(model.work_count);
     model.kinds = allocate<int64_t>(3 * model.cables);
+    model.takes = allocate<int64_t>(model.cables);
     model.places = allocate<int64_t>(model.cables + 1);
     model.tangent = allocate<double>(2 * model.scalars);
     model.dual = allocate<double>(dual_size(model));
     if (!model.variable || !model.owner || !model.array || !model.link || !model.operation || !model.number ||
-        !model.work || !model.kinds || !model.places || !model.tangent || !model.dual)
+        !model.work || !model.kinds || !model.takes || !model.places || !model.tangent || !model.dual)
         return false;
     numbers = {model.number + model.scalars + array_numbers, 0};
     work = {model.work + array_work, 0};
@@ -275,6 +284,23 @@ static bool read_places(const Model& model) {
     return sound;
 }
 
+// Read the quantities that the winches take; return whether they are valid.
+static bool read_commands(const Model& model) {
+    const double* stored = find_array(model, "takes", model.cables);
+    if (!stored) return true;  // tensions
+    memcpy(model.takes, stored, model.cables * sizeof *model.takes);
+    bool sound = true, others = false;
+    for (size_t i = 0; i < model.cables; i++) {
+        const int64_t takes = model.takes[i];
+        const bool stretches = model.chains && cdpr::chain_row(model.chains, int64_t(i)).stretches();
+        sound = sound && takes >= cdpr::TENSION_COMMAND && takes <= cdpr::RATE_COMMAND;
+        sound = sound && (takes == cdpr::TENSION_COMMAND || stretches || !model.has_platform());
+        others = others || takes != cdpr::TENSION_COMMAND;
+    }
+    if (others && model.decides()) return sound && model.unwound && model.wound && model.drive;
+    return sound && (!others || !model.has_platform() || model.field[INITIAL_UNSTRETCHED_LENGTH]);
+}
+
 // Check that all variables of the model exist.
 static bool complete(Model& model, char* message) {
     const size_t m = model.cables;
@@ -284,10 +310,14 @@ static bool complete(Model& model, char* message) {
     model.desired = find_array(model, "desired", 19);
     model.decided = find_array(model, "tension", m);
     model.report = find_array(model, "report", 4);
+    model.unwound = find_array(model, "unwound", m);
+    model.wound = find_array(model, "winch_command", m);
+    model.drive = find_array(model, "drive", m);
     model.inertial = find_array(model, "inertial", 13);
     if (model.inertial) memcpy(model.nominal, model.inertial, 13 * sizeof(double));
     if (!read_kinds(model)) return broken(message, "unknown kinds of", "parts of cables");
     if (!read_places(model)) return broken(message, "wrong places of", "states of winches");
+    if (!read_commands(model)) return broken(message, "wrong commands of", "winches");
     if (!model.field[TIME] || !model.asked()) return broken(message, "missing", name_of(TIME));
     if ((model.has_platform() || model.decides()) && !model.lines) return broken(message, "missing", "lines");
     if (!model.has_platform() && !model.decides() && !model.chains) return broken(message, "missing", "chains");
@@ -306,7 +336,9 @@ static bool complete(Model& model, char* message) {
     if (moves && !(model.field[PHYSICS_STEP] && model.field[CABLE_TENSION] && model.field[CABLE_LENGTH] &&
                    model.field[CABLE_RATE] && model.field[UNILATERAL]))
         return broken(message, "missing", "variables of cables");
-    if (model.has_winches() != (model.field[DRUM_SPEED] != nullptr)) return broken(message, "missing", "chains");
+    if (!model.has_winches() && model.field[DRUM_SPEED]) return broken(message, "missing", "chains");
+    if ((model.field[BENDING_FORCE] != nullptr) != (model.field[BENDING_MOMENT] != nullptr))
+        return broken(message, "missing", name_of(BENDING_MOMENT));
     return true;
 }
 
@@ -352,6 +384,7 @@ void free_model(Model& model) {
     free(model.number);
     free(model.work);
     free(model.kinds);
+    free(model.takes);
     free(model.places);
     free(model.tangent);
     free(model.dual);

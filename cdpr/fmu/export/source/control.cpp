@@ -3,6 +3,7 @@
 // The controller decides at its start and then once in each control step, independent of the host's steps; its tensions
 // or commands are held in between.
 #include <string.h>
+#include <cdpr/cables/chain.hpp>
 
 #include "model.h"
 
@@ -29,13 +30,36 @@ static bool refuse(const cdpr::Call& call, char* message) {
                  "there; exported with solver.infeasible hold_tension or best_effort it continues");
 }
 
+// Write the unwound lengths that the controller sees: NaN before the start of the winches.
+static void read_winches(const Model& model) {
+    const cdpr::WinchStates<double> states = {model.winch, model.places};
+    if (!model.has_platform() && model.field[UNSTRETCHED_LENGTH])
+        memcpy(model.unwound, model.field[UNSTRETCHED_LENGTH], model.cables * sizeof(double));
+    for (size_t i = 0; model.has_platform() && i < model.cables; i++)
+        if (model.takes[i] != cdpr::TENSION_COMMAND) model.unwound[i] = states.unwound(int64_t(i));
+}
+
+// Start the winches at their first commands, and compute the commands that follow: the last operation.
+static void start_at_commands(Model& model, double time) {
+    start_winches(model);
+    read_winches(model);
+    size_t last = model.operations;
+    while (last > 0 && !model.operation[last - 1].in_order) last--;
+    if (last > 0) cdpr::make_calls(model.operation + last - 1, 1, time);
+}
+
 // Run the operations of one control step.
 static bool decide(Model& model, double time, char* message) {
     read(model, POSITION, ANGULAR_VELOCITY, model.seen);
     read(model, DESIRED_POSITION, DESIRED_ANGULAR_ACCELERATION, model.desired);
+    if (model.drive) read_winches(model);
     const cdpr::Call* failed = cdpr::make_calls(model.operation, model.operations, time);
     if (failed) return refuse(*failed, message);
-    memcpy(model.asked(), model.decided, model.cables * sizeof(double));
+    const double* commands = model.drive ? model.wound : model.decided;
+    const size_t bytes = model.cables * sizeof *commands;
+    memcpy(model.asked(), commands, bytes);
+    if (model.drive && model.fresh()) start_at_commands(model, time);
+    memcpy(model.asked(), commands, bytes);
     return true;
 }
 

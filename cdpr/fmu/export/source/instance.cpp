@@ -218,6 +218,7 @@ Status instance_step(Instance* instance, double from, double duration) {
     const Status told = decides ? OK : warn_of_pushing(instance);
     char message[MESSAGE];
     if (!decides) {
+        command_drives(instance->model, duration);
         if (!move(instance->model, *time, duration, message)) return report(instance, ERROR, "%s", message);
     } else if (!control(instance->model, *time, duration, message)) {
         return report(instance, ERROR, "%s", message);

@@ -43,6 +43,12 @@ enum Name {
     COMMAND,
     DRUM_SPEED,
     UNSTRETCHED_LENGTH,
+    UNSTRETCHED_RATE,
+    MOTOR_TORQUE,
+    CABLE_WORK,
+    BENDING_FORCE,
+    BENDING_MOMENT,
+    INITIAL_UNSTRETCHED_LENGTH,  // of cables whose winches take lengths or rates
     DESIRED_POSITION,
     DESIRED_QUATERNION,
     DESIRED_VELOCITY,
@@ -100,6 +106,7 @@ struct Platform {
     double *command, *external;                           // as applied: (m), (6)
     double *body, *momentum, *motion, *state;             // (13), (3), (8), (13)
     double *winch, *tension, *highest, *length, *cable_work, *beside, *place;
+    double *rates, *period;     // (m), m/s, of ideal drives that take lengths, and (1), s, their communication step
     double *total, *loaded_at;  // (13), mass, centre and inertia with attached bodies, and the time at which these are
 };
 
@@ -125,13 +132,16 @@ struct Model {
     double* field[NAMES];    // into `number`; nullptr for variables that the model does not have
     double *chains, *lines;  // arrays by name: chain.hpp and geometry.hpp
     double *seen, *desired, *decided,
-        *report;                 // of a controller: state (13), desired motion (19), tensions (m), report (4)
+        *report;  // of a controller: state (13), desired motion (19), tensions (m), report (4)
+    double *unwound, *wound,
+        *drive;                  // of a controller of lengths or rates: as in tension/winding.hpp, (m) each
     double *inertial, *nominal;  // of a controller: mass properties (13), with and without attached bodies
     double *decisions, *began;   // number of decisions, and the time of the first, s
     double* winch;               // (states), of winches alone
     Platform platform;
     Scratch scratch;
     int64_t* kinds;   // (m, 3), of winches, spans and exits, as in `chains` and `lines`
+    int64_t* takes;   // (m), a cdpr::CommandKind: the quantity that each winch takes as its command
     int64_t* places;  // (m + 1), of the states of each winch in `winch`, and their number
     double* tangent;  // (2 scalars), of directional derivatives
     double* dual;     // scratch space of these
@@ -146,6 +156,9 @@ struct Model {
 
     // Return whether the tension of cable i is its input.
     bool immediate(size_t i) const;
+
+    // Return whether the winches have not started.
+    bool fresh() const { return states > 0 && winch[0] != winch[0]; }
 
     // Input, or decision, of each cable (m).
     double* asked() const { return field[has_winches() || !has_platform() ? COMMAND : CABLE_TENSION]; }
@@ -188,6 +201,12 @@ bool take_loads(Model& model, double time, char* message);
 
 // Advance from `time` on by `duration`, with the bodies attached at each time; return false with a message as above.
 bool move(Model& model, double time, double duration, char* message);
+
+// Start the winches, if they have not, at the present commands.
+void start_winches(Model& model);
+
+// Command ideal drives to reach their lengths after `duration`.
+void command_drives(Model& model, double duration);
 
 // Advance by `duration` in steps of physics_step, or slightly shorter ones if that does not divide it.
 void advance(Model& model, double duration);

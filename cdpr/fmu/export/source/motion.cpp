@@ -28,11 +28,31 @@ bool Model::immediate(size_t i) const {
     return row.winch_kind() == cdpr::DIRECT && !row.stretches();
 }
 
-// Write the applied commands and external wrench: no negative commands for cables.
-static void apply_inputs(const Model& model) {
-    const double *asked = model.asked(), lowest = model.lowest();
-    for (size_t i = 0; i < model.cables; i++)
-        model.platform.command[i] = model.immediate(i) && asked[i] < lowest ? 0.0 : asked[i];
+// Return whether the winch takes a length, and its kernel the rate at which it reaches the length: an ideal drive.
+static bool converted(const Model& model, size_t i) {
+    return model.takes[i] != cdpr::command_of(cdpr::chain_row(model.chains, int64_t(i)).winch_kind());
+}
+
+// Return the rate at which such a drive reaches its length in a communication step like the last one.
+static double rate_of_drive(const Model& model, size_t i) {
+    const cdpr::WinchStates<double> states = {model.winch, model.places};
+    return (model.asked()[i] - states.unwound(int64_t(i))) / *model.platform.period;
+}
+
+// Return the command of cable i for its kernel: no negative one for an immediate cable. The first command of a winch
+// that takes lengths or rates is its length at the start. During a step (`moving`) ideal drives have constant rates.
+static double applied_command(const Model& model, size_t i, bool moving) {
+    const double asked = model.asked()[i];
+    if (model.takes[i] == cdpr::TENSION_COMMAND) return model.immediate(i) && asked < model.lowest() ? 0.0 : asked;
+    if (model.drive) return model.drive[i];
+    if (model.fresh()) return model.field[INITIAL_UNSTRETCHED_LENGTH][i];
+    if (!converted(model, i)) return asked;
+    return moving ? model.platform.rates[i] : rate_of_drive(model, i);
+}
+
+// Write the applied commands and external wrench.
+static void apply_inputs(const Model& model, bool moving) {
+    for (size_t i = 0; i < model.cables; i++) model.platform.command[i] = applied_command(model, i, moving);
     memcpy(model.platform.external, model.field[EXTERNAL_FORCE], 3 * sizeof(double));
     memcpy(model.platform.external + 3, model.field[EXTERNAL_MOMENT], 3 * sizeof(double));
 }
@@ -70,6 +90,22 @@ cdpr::Plant<double> plant_of(const Model& model) {
             int64_t(model.cables),
             int64_t(model.width),
             int64_t(model.states)};
+}
+
+void start_winches(Model& model) {
+    if (!model.fresh()) return;
+    apply_inputs(model, false);
+    cdpr::Plant<double> plant = plant_of(model);
+    cdpr::settle_winches(plant);
+}
+
+void command_drives(Model& model, double duration) {
+    *model.platform.period = duration;
+    for (size_t i = 0; model.has_platform() && i < model.cables; i++) {
+        if (model.takes[i] == cdpr::TENSION_COMMAND) continue;
+        start_winches(model);
+        if (converted(model, i)) model.platform.rates[i] = rate_of_drive(model, i);
+    }
 }
 
 static void step_winches(Model& model, double step, int64_t steps) {
@@ -111,7 +147,7 @@ void advance(Model& model, double duration) {
     if (!model.has_platform()) {
         advance_actuator(model, step, n);
     } else {
-        apply_inputs(model);
+        apply_inputs(model, true);
         if (model.has_winches())
             step_winches(model, step, steps);
         else if (model.on_ball())
@@ -126,7 +162,7 @@ void advance(Model& model, double duration) {
 
 void publish(Model& model) {
     if (model.has_platform()) {
-        apply_inputs(model);
+        apply_inputs(model, false);
         publish_platform(model);
     } else if (model.has_winches()) {
         publish_actuator(model);
@@ -253,6 +289,7 @@ bool retune(Model& model, char* message) {
 
 bool start(Model& model, char* message) {
     *model.decisions = 0.0;
+    *model.platform.period = model.field[PHYSICS_STEP] ? *model.field[PHYSICS_STEP] : 1.0;
     *model.platform.loaded_at = *model.field[TIME];
     for (size_t i = 0; i < model.states; i++) model.winch[i] = NAN;
     if (!build(model, message)) return false;

@@ -36,10 +36,17 @@ static void publish_winches(Model& model, double* bending) {
     for (size_t i = 0; i < m; i++) {
         const cdpr::ChainRow<double> row = ahead.chain(int64_t(i));
         const double turn = row.per_turn(), carried = turn != 0.0 ? -ahead.rate[i] / turn : 0.0;
-        model.field[DRUM_SPEED][i] = row.stretches() ? ahead.speed(int64_t(i)) : carried;
+        if (model.field[DRUM_SPEED]) model.field[DRUM_SPEED][i] = row.stretches() ? ahead.speed(int64_t(i)) : carried;
         if (model.field[UNSTRETCHED_LENGTH])
             model.field[UNSTRETCHED_LENGTH][i] = row.stretches() ? ahead.unwound(int64_t(i)) : s.length[i];
+        if (model.field[UNSTRETCHED_RATE])
+            model.field[UNSTRETCHED_RATE][i] = row.stretches() ? -turn * ahead.speed(int64_t(i)) : ahead.rate[i];
+        if (model.field[MOTOR_TORQUE])
+            model.field[MOTOR_TORQUE][i] = motor_torque(row.winch_kind(), ahead.motion(int64_t(i), s.tension[i]));
     }
+    if (model.field[CABLE_WORK]) *model.field[CABLE_WORK] = p.cable_work[0];
+    if (model.field[BENDING_FORCE]) copy(model.field[BENDING_FORCE], bending, 3);
+    if (model.field[BENDING_MOMENT]) copy(model.field[BENDING_MOMENT], bending + 3, 3);
 }
 
 void publish_platform(Model& model) {
