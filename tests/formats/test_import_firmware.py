@@ -86,7 +86,7 @@ def test_older_versions_have_the_spools_in_m669(tmp_path):
         assert key in told(found), key
 
 
-def test_what_the_firmware_saves_on_a_single_line(tmp_path):
+def test_parameters_that_the_firmware_saves_on_a_single_line(tmp_path):
     text = (
         "; Hangprinter parameters\nM669 K6 N5A0.000:-2000.000:-100.000 B2000.000:1000.000:-100.000 "
         "C-2000.000:1000.000:-100.000 D0.000:0.000:3000.000 I10.000:0.000:3100.000  P1500.0M666 A1 Q0.007000 "

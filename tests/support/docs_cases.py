@@ -128,5 +128,6 @@ def make_folder(folder: Path) -> None:
         (theirs / name).write_text(text)
     (theirs / "hall.sdf").write_text(sdf_cases.text())
     (theirs / "config.g").write_text(firmware_cases.RRF)
+    (theirs / "anchors.csv").write_text("-2,-2,3\n2,-2,3\n2,2,3\n-2,2,3\n")
     hover, _ = re.findall(r"^```python\n(import cdpr\n.*?)^run = ", PAGES["docs/plugins.md"], re.DOTALL | re.MULTILINE)
     (folder / "hover.py").write_text(hover)

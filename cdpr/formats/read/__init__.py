@@ -30,4 +30,6 @@ FORMATS = (
     Format("SDF", "cdpr.formats.read.sdf", (".sdf", ".world")),
     Format("RepRapFirmware", "cdpr.formats.read.reprap", (".g",)),
     Format("Klipper", "cdpr.formats.read.klipper", (".cfg",)),
+    Format("CDPyR", "cdpr.formats.read.cdpyr", (".json", ".yaml", ".yml", ".xml")),
+    Format("list of anchors", "cdpr.formats.read.anchor_lists", (".json", ".yaml", ".yml", ".csv")),
 )

@@ -47,7 +47,7 @@ OWN = (
     (b"scenario", b"axes"),
     (b"robot", b"region"),
 )
-ENDINGS = tuple(ending for each in FORMATS for ending in each.endings)
+ENDINGS = tuple(dict.fromkeys(ending for each in FORMATS for ending in each.endings))
 
 
 @dataclass

@@ -1,6 +1,6 @@
 """Reader of Hangprinter configurations of RepRapFirmware: `M669 K6` and `M666` in `config.g`.
 
-M669 has the anchors, mm: letters A, B, C, D, I, J, K, L, O, as many as N says, 4 by default. M666 has the spools, the
+M669 has the anchors, mm: N of the letters A, B, C, D, I, J, K, L, O, 4 by default. M666 has the spools, the
 mass of the effector, the forces and the stiffness of the lines. Older versions have the spools in M669, and only the
 height of anchor D. Later lines replace the values of earlier ones, as in the firmware.
 

@@ -44,10 +44,10 @@ def command(
 ) -> None:
     """Read a robot and its motions from another program's file, and write robot and scenario files.
 
-    Supported are CASPR, WireX, MuJoCo (MJCF), Gazebo (the plug-in's YAML, or SDF with legs), RepRapFirmware (config.g)
-    and Klipper (printer.cfg); the format is detected by the content of FILE. In a folder all readable files are
-    imported, and a table lists the others with reasons. Every number has a comment with its source; the head of the
-    file lists omitted content.
+    Supported are CASPR, WireX, MuJoCo (MJCF), Gazebo (the plug-in's YAML, or SDF with legs), RepRapFirmware (config.g),
+    Klipper (printer.cfg), CDPyR (JSON, YAML, XML), and lists of anchors (JSON, YAML, CSV); the format is detected by
+    the content of FILE. In a folder all readable files are imported, and a table lists the others with reasons. Every
+    number has a comment with its source; the head of the file lists omitted content.
     """
     from cdpr.formats.read.import_files import import_any, write
 
