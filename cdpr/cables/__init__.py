@@ -13,6 +13,8 @@ and a span each:
 - `catenary`: the same winch, with a cable that stretches and sags under its weight (`cdpr.cables.catenary`).
 - `tabulated`: the same winch, with a cable that stretches by a measured curve (`cdpr.cables.tabulated`).
 
+In robot files, `inextensible` selects the span alone: it is `rigid` if the winch has an inertia, and `ideal` otherwise.
+
 `winch.type` replaces the winch of a model that stretches: `position` and `velocity` take a length or its rate as their
 command (`cdpr.cables.ideal_drive`, `cdpr.cables.servo`).
 
@@ -63,6 +65,8 @@ MODELS = {
     "tabulated": Chain(DRUM, TABULATED),
 }
 
+SPAN_ALONE = "inextensible"  # name in robot files only: see `named`
+
 # Types of winches in robot files, for cables that stretch: each without and with the inertia of a drum.
 TORQUE = "torque"
 WINCH_TYPES: dict[str, tuple[Winch, Winch]] = {
@@ -110,6 +114,16 @@ def names_of_models() -> list[str]:
     return list(MODELS)
 
 
+def names_in_files() -> list[str]:
+    """Return the names of cable models in robot files."""
+    return [*MODELS, SPAN_ALONE]
+
+
+def named(model: str, driven: bool) -> str:
+    """Return the name in `MODELS` of a cable model of a robot file; `driven` as in `composed`."""
+    return ("rigid" if driven else COMMANDED) if model == SPAN_ALONE else model
+
+
 def keys_of_numbers(owner: str) -> list[str]:
     """Return the keys of the numbers of a "cable" or "winch" in robot files."""
     return [number.key for number in NUMBERS.values() if number.owner == owner]
@@ -142,11 +156,11 @@ def composed(model: str, winch_type: str, driven: bool) -> Chain:
     """Return winch and span of a cable model with a type of winch.
 
     Args:
-        model: name in `MODELS`.
+        model: name in `MODELS`, or of `names_in_files`.
         winch_type: name in `WINCH_TYPES`; ignored if the span does not stretch.
         driven: True if the winch has the inertia of a drum.
     """
-    chain = MODELS[model]
+    chain = MODELS[named(model, driven)]
     if not chain.stretches or winch_type == TORQUE:
         return chain
     return Chain(WINCH_TYPES[winch_type][driven], chain.span)

@@ -8,7 +8,7 @@ from itertools import groupby
 from pydantic import ValidationError
 
 from cdpr.base.problems import Path, dotted
-from cdpr.cables import COMMANDED, MODELS, TENSION
+from cdpr.cables import COMMANDED, TENSION, composed
 from cdpr.cables.chain import DIAMETER
 from cdpr.config.document import Document
 from cdpr.config.problems import Problems
@@ -116,14 +116,14 @@ class EventChecks(Checks):
         return not text
 
     def _need_ideal_cables(self, events: Places) -> None:
-        common = self.document.get(("robot", "cable", "model")) or COMMANDED
         cables = self.document.get(("robot", "cables"))
-        own: dict[Path, str] = {("robot", "cable", "model"): str(common)}
-        if isinstance(cables, list):
-            named = {i: cable.get("model") for i, cable in enumerate(cables) if isinstance(cable, dict)}
-            own = own if None in named.values() else {}
-            own |= {("robot", "cables", i, "model"): str(model) for i, model in named.items() if model is not None}
-        others = [place for place, model in own.items() if model in MODELS and not MODELS[model].immediate]
+        own: dict[Path, str] = {}
+        for i, cable in enumerate(cables if isinstance(cables, list) else ()):
+            kind = kind_of(self.document, ("robot",), cable)
+            if kind is not None and not composed(*kind).immediate:
+                given = cable.get("model") is not None
+                own[("robot", "cables", i, "model") if given else ("robot", "cable", "model")] = kind[0]
+        others = sorted(own, key=len)
         if self.document.get(("actuators",)) is not None:
             text = "applies to ideal cables only: remove this event, or `actuators`"
         elif others:

@@ -12,7 +12,7 @@ from cdpr.base.fields import Kind, Section
 from cdpr.base.kinds import Kinds
 from cdpr.base.needs import MEANINGS, UNCONCERNED, UNDECLARED, Needs, of_exit_friction
 from cdpr.base.problems import Path
-from cdpr.cables import MODELS, WINCH_TYPES
+from cdpr.cables import MODELS, WINCH_TYPES, named
 from cdpr.scenario.content import Content
 
 
@@ -52,7 +52,7 @@ def in_use(scenario: Content) -> Iterator[tuple[Path, Needs, Any]]:
         path: Path = ("robot", "cable", "model") if cable.model is None else ("robot", "cables", i, "model")
         model, chain = cable.model or robot.cable.model, robot.chain_of(cable)
         for part in (chain.winch, chain.span):
-            of_type = part is not MODELS[model].winch and part is chain.winch
+            of_type = part is not MODELS[named(model, bool(chain.winch.numbers))].winch and part is chain.winch
             owner: Path = ("robot", "winch") if cable.winch is None else ("robot", "cables", i, "winch")
             where = (*owner, "type") if of_type else path
             yield where, part.needs or UNDECLARED, model

@@ -7,7 +7,7 @@ from typing import Any
 
 from cdpr.base.nearest import did_you_mean
 from cdpr.base.problems import Path, Problem, dotted, shown
-from cdpr.cables import COMMANDED, MODELS
+from cdpr.cables import composed
 from cdpr.config.describe import describe
 from cdpr.config.document import Document, rename_key
 from cdpr.config.overrides import Change, apply
@@ -239,9 +239,8 @@ def _commanded(document: Document, cables: list[Any]) -> bool:
     """Return True if the tension of some cable equals its command."""
     if document.get(("actuators",)) is not None:
         return False
-    common = document.get((*ROBOT, "cable", "model")) or COMMANDED
-    models = [str(cable.get("model") or common) for cable in cables if isinstance(cable, dict)]
-    return any(model in MODELS and MODELS[model].immediate for model in models)
+    kinds = [kind_of(document, ROBOT, cable) for cable in cables]
+    return any(kind is not None and composed(*kind).immediate for kind in kinds)
 
 
 def differences(robot: RobotSection, nominal: RobotSection) -> list[str]:

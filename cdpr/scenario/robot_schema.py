@@ -31,6 +31,8 @@ from cdpr.cables import (
     WINCH_TYPES,
     AnyExit,
     composed,
+    named,
+    names_in_files,
 )
 from cdpr.cables.chain import Chain
 from cdpr.cables.tabulated import TABLE, numbers_of
@@ -46,12 +48,12 @@ from cdpr.scenario.limits_schema import (
 )
 from cdpr.scenario.number_sections import CableNumbers, WinchNumbers
 from cdpr.scenario.orientation import UPRIGHT, Orientation
+from cdpr.scenario.winch_kinds import driven, unused_numbers
 
 MAX_CABLES = 256
 MAX_TOOLS = 64
 
-# Published inertias are rounded: tolerances relative to the largest principal moment.
-TRIANGLE_TOLERANCE = 1e-5
+TRIANGLE_TOLERANCE = 1e-5  # published inertias are rounded: relative to the largest principal moment
 DEFINITE_TOLERANCE = 1e-12
 
 CHECKED = "_checked"  # attribute of robots known to be those of a valid file
@@ -61,7 +63,7 @@ if TYPE_CHECKING:
     CableModel = str
     WinchType = str
 else:
-    CableModel = Literal[tuple(MODELS)]
+    CableModel = Literal[tuple(names_in_files())]
     WinchType = Literal[tuple(WINCH_TYPES)]
 
 CABLE_KEYS = tuple(dict.fromkeys(number.file_key for number in NUMBERS.values() if number.owner == "cable"))
@@ -185,8 +187,8 @@ def _attributes(model: type, values: dict[str, Any]) -> dict[str, Any]:
 class _Modelled(Section):
     model: CableModel = Field(
         COMMANDED,
-        description="conversion of commands to tensions: direct (ideal), by a winch with an inextensible cable "
-        "(rigid), or by a winch and a cable that is elastic (elastic), heavy (catenary) or measured (tabulated)",
+        description="cable: elastic, heavy (catenary), measured (tabulated), or inextensible, which is rigid if its "
+        "winch has an inertia, and otherwise ideal: commands are tensions",
     )
 
 
@@ -285,7 +287,7 @@ class RobotSection(Section):
             dof=self.dof,
             unilateral=self.unilateral,
             home=self._home(),
-            cable_model=self.cable.model,
+            cable_model=named(self.cable.model, driven(self.winch)),
             frame=self.frame.build(np.array([cable.frame for cable in self.cables])) if self.frame else None,
         )
         robot.__dict__[CHECKED] = True
@@ -351,13 +353,19 @@ class RobotSection(Section):
         pairs = list(zip(self.cables, chains, strict=True))
         shared = [chain for cable, chain in pairs if cable.winch is None]
         found = [("winch", self.winch, shared), *(("cables[*].winch", cable.winch, [chain]) for cable, chain in pairs)]
-        yield from dict.fromkeys(f"{where}.{key}" for where, winch, users in found for key in _unused(winch, users))
+        yield from dict.fromkeys(
+            f"{where}.{key}" for where, winch, users in found for key in unused_numbers(winch, users)
+        )
 
     def chain_of(self, cable: CableSection) -> Chain:
         """Return winch and span of a cable."""
         winch: WinchSection | None = self._own(cable, "winch")
-        driven = winch is not None and getattr(winch, "inertia", None) is not None
-        return composed(cable.model or self.cable.model, TORQUE if winch is None else winch.type, driven)
+        return composed(cable.model or self.cable.model, TORQUE if winch is None else winch.type, driven(winch))
+
+    def _model(self, cable: CableSection) -> str | None:
+        """Return a cable's own model, None if it has that of all cables."""
+        own = named(cable.model or self.cable.model, driven(self._own(cable, "winch")))
+        return own if cable.model or own != named(self.cable.model, driven(self.winch)) else None
 
     def _own(self, cable: CableSection, name: str) -> Any:
         """Return a cable's own value of a shared property, else the common one."""
@@ -383,16 +391,9 @@ class RobotSection(Section):
             speed_max=cable.speed_max,
             winch=winch.build() if winch else None,
             exit=base.leaving(self._own(cable, "exit")),
-            model=cable.model,
+            model=self._model(cable),
             **_attributes(Cable, numbers),
         )
-
-
-def _unused(winch: WinchSection | None, chains: Iterable[Chain]) -> Iterator[str]:
-    used = {number.key for chain in chains for number in chain.winch.numbers if number.owner == "winch"}
-    for key, info in type(winch).model_fields.items() if winch and used else ():
-        if key != "type" and key not in used and getattr(winch, key) != info.default:
-            yield key
 
 
 def cable_name(cable: CableSection, i: int) -> str:

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from typing import Any
 
+from cdpr.base.fields import Section
 from cdpr.base.problems import Path
-from cdpr.cables import COMMANDED, COMMANDS, MODELS, TENSION, TORQUE, WINCH_TYPES, composed
+from cdpr.cables import COMMANDED, COMMANDS, TENSION, TORQUE, WINCH_TYPES, composed, names_in_files
+from cdpr.cables.chain import Chain
 from cdpr.config.document import Document
 
 Kind = tuple[str, str, bool]  # arguments of `cdpr.cables.composed`
@@ -25,7 +28,20 @@ def kind_of(document: Document, root: Path, cable: object) -> Kind | None:
     winch = cable.get("winch") or document.get((*root, "winch"))
     own: dict[str, Any] = winch if isinstance(winch, dict) else {}
     kind = str(own.get("type") or TORQUE)
-    return (model, kind, own.get("inertia") is not None) if model in MODELS and kind in WINCH_TYPES else None
+    return (model, kind, own.get("inertia") is not None) if model in names_in_files() and kind in WINCH_TYPES else None
+
+
+def driven(winch: object) -> bool:
+    """Return True if a section of a winch, None if there is none, has the inertia of a drum."""
+    return getattr(winch, "inertia", None) is not None
+
+
+def unused_numbers(winch: Section | None, chains: Iterable[Chain]) -> Iterator[str]:
+    """Yield the given numbers of a winch that none of these cables uses, unless they use none at all."""
+    used = {number.key for chain in chains for number in chain.winch.numbers if number.owner == "winch"}
+    for key, info in type(winch).model_fields.items() if winch and used else ():
+        if key != "type" and key not in used and getattr(winch, key) != info.default:
+            yield key
 
 
 def command_of(kind: Kind) -> str:
