@@ -12,7 +12,7 @@ import inspect
 import sys
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from types import ModuleType, TracebackType
 from typing import Any
@@ -65,8 +65,9 @@ def classes_of(file: PluginFile) -> tuple[type, ...]:
     """Execute a file and return its classes that derive from an interface.
 
     Raises:
-        PluginError: if it fails, with the line, or has no such class.
+        PluginError: if it fails, with the line, or has no such class and adds no part to the loop.
     """
+    before = _parts_of_others()
     name = f"cdpr_file_{file.version.partition(':')[2]}_{Path(file.path).stem}"
     module = ModuleType(name)
     module.__file__ = str(Path(file.path).absolute())
@@ -86,14 +87,26 @@ def classes_of(file: PluginFile) -> tuple[type, ...]:
         for item in vars(module).values()
         if isinstance(item, type) and item.__module__ == name and not inspect.isabstract(item) and _roles(item)
     )
-    if not found:
+    if not found and _parts_of_others() == before:
         abstract = [item for item in vars(module).values() if isinstance(item, type) and inspect.isabstract(item)]
         own = [f"; {_lacks(item)}" for item in abstract if item.__module__ == name and _roles(item)]
         raise PluginError(
             f"{file.path}: contains no class that derives from cdpr.plugins.Controller, TensionSolver or "
-            f"Backend{''.join(own)}"
+            f"Backend{''.join(own)}, and adds no part to the loop (LOOP_PARTS of cdpr.simulation.loop_parts)"
         )
     return found
+
+
+def _parts_of_others() -> list[object]:
+    """Return the parts that plugin files added to the loop; none if its module is not imported."""
+    parts: list[object] = []
+    for entry in getattr(sys.modules.get("cdpr.simulation.loop_parts"), "LOOP_PARTS", ()):
+        named = entry
+        while isinstance(named, partial):
+            named = named.func
+        if not str(getattr(named, "__module__", "")).startswith("cdpr."):
+            parts.append(entry)
+    return parts
 
 
 def innermost(error: BaseException, files: Collection[str | None] | None = None) -> TracebackType | None:

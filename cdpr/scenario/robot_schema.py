@@ -161,8 +161,8 @@ class PlatformSection(Section):
 class _Typed(Section):
     type: WinchType = Field(
         TORQUE,
-        description="command of the winch: a tension (torque), the unwound length (position) or its rate (velocity). The "
-        "last two require cables that stretch. They follow it exactly; with an `inertia` they are servos",
+        description="command of the winch: a tension (torque), the unwound length (position), or its rate (velocity). "
+        "The last two require cables that stretch. They follow it exactly; with an `inertia` they are servos",
     )
 
 

@@ -40,7 +40,6 @@ from cdpr.model import rotations
             2,
             "csv is for runs, and this is a file of a robot or scenario: mjcf, sdf, urdf, ros2",
         ),
-        (("caroca.yaml", "--to", "ros2", "--force"), 2, "--force applies to files only"),
         (("robots/carocca.yaml", "--to", "urdf"), 2, "carocca.yaml': did you mean"),
         (("robots", "--to", "urdf"), 2, "urdf is for robots and scenarios, and this is a run"),
     ],

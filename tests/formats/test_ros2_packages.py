@@ -306,6 +306,29 @@ def test_files_beside_the_scenario_are_refused(name, said):
         packages(cdpr.load_scenario(ROOT / "scenarios" / f"{name}.yaml"))
 
 
+def test_force_replaces_the_files_of_a_folder_and_keeps_others(tmp_path):
+    files, _ = write_ros2(cdpr.load_scenario(SCENARIO), tmp_path)
+    before = [file.read_bytes() for file in files]
+    (tmp_path / "notes.txt").write_text("mine")
+    files[0].write_text("changed")
+    with pytest.raises(OutputError, match="is not empty: choose another name, or force=True"):
+        cdpr.export(SCENARIO, "ros2", tmp_path)
+    cdpr.export(SCENARIO, "ros2", tmp_path, force=True)
+    assert [file.read_bytes() for file in files] == before
+    assert (tmp_path / "notes.txt").read_text() == "mine"
+
+
+def test_force_writes_through_no_link(tmp_path):
+    (tmp_path / "elsewhere").mkdir()
+    files, _ = write_ros2(cdpr.load_scenario(SCENARIO), tmp_path / "out")
+    package = next(file.parent for file in files if file.parent != tmp_path / "out")
+    shutil.rmtree(package)
+    package.symlink_to(tmp_path / "elsewhere")
+    with pytest.raises(OutputError, match="is a symbolic link, and nothing is written through links"):
+        write_ros2(cdpr.load_scenario(SCENARIO), tmp_path / "out", force=True)
+    assert not list((tmp_path / "elsewhere").iterdir())
+
+
 def test_of_two_exports_into_one_folder_only_the_first_writes(tmp_path, monkeypatch):
     monkeypatch.setattr(Path, "iterdir", lambda _: iter(()))  # the other one begins after the check
     (tmp_path / "README.md").write_text("of another export")

@@ -15,6 +15,7 @@ import cdpr
 from cdpr.analysis.jobs.pool import Case, run_cases
 from cdpr.base.errors import PluginError, ScenarioError
 from cdpr.plugins import Backend, Controller, PluginOptions, TensionSolver, registry
+from cdpr.simulation import loop_parts
 from cdpr.tension import Status
 from cdpr.ui.cli import cli
 
@@ -176,6 +177,22 @@ def test_a_worker_uses_the_file_as_it_was(used):
     assert "no controller is named 'Hover'" in second.message
 
 
+def test_a_file_that_only_adds_a_part_to_the_loop(file, monkeypatch):
+    monkeypatch.setattr(loop_parts, "LOOP_PARTS", list(loop_parts.LOOP_PARTS))
+    file.write_text(
+        "from cdpr.base.columns import Column\nfrom cdpr.simulation.loop_part import LoopPart\n"
+        "from cdpr.simulation import loop_parts\nclass Count(LoopPart):\n    name = 'count'\n"
+        "loop_parts.LOOP_PARTS.append(lambda scenario: Count())\n"
+    )
+    try:
+        registry.use_files([str(file)])
+        run = cdpr.simulate(CAROCA, overrides=SHORT)
+        assert [part.__class__.__name__ for part in loop_parts.loop_parts(cdpr.load_scenario(CAROCA))] == ["Count"]
+        assert run.status == "finished"
+    finally:
+        registry.use_files(())
+
+
 @pytest.mark.parametrize(
     ("text", "message"),
     [
@@ -185,8 +202,10 @@ def test_a_worker_uses_the_file_as_it_was(used):
         ("raise SystemExit(3)", r"mine\.py:1: SystemExit: 3"),
         (
             "x = 1",
-            r"mine\.py: contains no class that derives from cdpr\.plugins\.Controller, TensionSolver or Backend$",
+            r"mine\.py: contains no class that derives from cdpr\.plugins\.Controller, TensionSolver or Backend, and "
+            r"adds no part to the loop \(LOOP_PARTS of cdpr\.simulation\.loop_parts\)$",
         ),
+        ("from cdpr.simulation.loop_parts import LOOP_PARTS", "contains no class that derives from"),
         (FILE.replace("def control", "def kontrol"), "class Hover lacks control"),
         (
             FILE.replace("class Hover", "class static"),

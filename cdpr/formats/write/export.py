@@ -135,7 +135,7 @@ def _folder(scenario: Scenario, to: str, out: Path, force: bool, remedy: str) ->
     from cdpr.formats.write.ros2 import write_ros2
 
     if to == PACKAGES:
-        files, omitted = write_ros2(scenario, out)
+        files, omitted = write_ros2(scenario, out, force, remedy)
     else:
         files, omitted = write_native(scenario, out, force, remedy), left_out_of(scenario, "native")
     return Written(out, omitted, {"files": len(files)})

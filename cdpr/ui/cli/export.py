@@ -64,8 +64,6 @@ def command(
             option = {"version": "sdf-version", "pulleys": "pulleys-as-points"}.get(name, name)
             formats = " or ".join(f"--to {each}" for each, target in TARGETS.items() if name in target.options)
             raise click.UsageError(f"--{option} is for {formats}")
-    if to == PACKAGE and force:
-        raise click.UsageError("--force applies to files only; ros2 requires a new or empty folder")
     if to in TABLES and changes:
         raise click.UsageError("--set applies to robots and scenarios, not to runs")
     from cdpr.formats.write.export import write

@@ -15,7 +15,7 @@ import yaml
 from cdpr.base.errors import CdprError, FormatError, OutputError
 from cdpr.base.problems import dotted
 from cdpr.formats.write.native import HEADER, NUMBERS, native_files
-from cdpr.log.files import create, replace
+from cdpr.log.files import NAME_OR_FORCE_IN_PYTHON, create, replace
 from cdpr.scenario import Scenario
 from cdpr.scenario.named_files import files_of_scenario
 from cdpr.simulation.needs import omitted, require
@@ -45,28 +45,38 @@ CONTROL = {
 }
 
 
-def write_ros2(scenario: Scenario, folder: Path) -> tuple[list[Path], list[str]]:
-    """Write the packages into `folder`, which must be empty or missing.
+def write_ros2(
+    scenario: Scenario, folder: Path, force: bool = False, remedy: str = NAME_OR_FORCE_IN_PYTHON
+) -> tuple[list[Path], list[str]]:
+    """Write the packages into `folder`, which must be empty or missing unless `force` is set.
 
-    Equal scenarios give equal bytes.
+    Equal scenarios give equal bytes. With `force`, files of the same names are replaced, and others are kept. `remedy`
+    is that of the error if the folder is not empty.
 
     Returns:
         The files, sorted by name; omitted items, each with the reason.
 
     Raises:
         FormatError: if the scenario references other files.
-        OutputError: if the folder is not empty or cannot be written.
+        OutputError: if the folder is not empty (without `force`) or cannot be written.
     """
     content, left_out = packages(scenario)
     try:
-        if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        if folder.exists() and (not folder.is_dir() or (not force and any(folder.iterdir()))):
             raise FileExistsError
         folder.mkdir(parents=True, exist_ok=True)
-        create(folder / FIRST, content[FIRST])  # exclusively: another process may write there, too
+        if not force:
+            create(folder / FIRST, content[FIRST])  # exclusively: another process may write there, too
         for path in content:
+            above = (folder / part for part in Path(path).parents[:-1])
+            if (link := next((place for place in above if place.is_symlink()), None)) is not None:
+                raise OutputError(f"{link}: is a symbolic link, and nothing is written through links: remove it")
             (folder / path).parent.mkdir(parents=True, exist_ok=True)
     except FileExistsError:
-        raise OutputError(f"{folder}: exists already and is not empty: choose another, or empty it") from None
+        what = "is not empty" if folder.is_dir() else "is no folder"
+        raise OutputError(
+            f"{folder}: exists already and {what}: {remedy if folder.is_dir() else 'choose another'}"
+        ) from None
     except OSError as error:
         raise OutputError(f"{folder}: cannot be written: {error.strerror or error}") from error
     for path, data in content.items():
