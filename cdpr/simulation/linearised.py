@@ -27,6 +27,7 @@ from cdpr.simulation.loop import Loop
 from cdpr.simulation.loop_parts import loop_parts
 from cdpr.tension.status import Status
 
+OWN = "cdpr"  # distribution of the built-in plugins
 EULER, RK4 = "semi_implicit_euler", "rk4"
 
 # Differences, relative to the scale of each coordinate: with a step and half of it, extrapolated. A step is reduced
@@ -101,7 +102,7 @@ def linearise(scenario: Scenario, pose: Array, *, response: bool = False) -> Lin
         except CdprError:
             raise
         except Exception as error:
-            if all(type(part).__module__.startswith("cdpr_") for part in (parts.controller, parts.solver)):
+            if {chosen_plugins(held)[role].distribution for role in ("controller", "solver")} == {OWN}:
                 raise
             raise NotLinearisedError(f"a plugin raised {one_line(error)}") from error
 
