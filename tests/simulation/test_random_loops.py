@@ -17,7 +17,7 @@ from cdpr.simulation.poles import STABLE, UNSTABLE, verdict
 LOOPS = int(os.environ.get("CDPR_TEST_CASES", "10"))
 SEED = int(os.environ.get("CDPR_TEST_SEED", "1"))
 DECADES = 5.0  # of the amplitude, in a run of an unstable loop
-LONGEST = 40000  # control steps
+SHORTEST, LONGEST = 300, 10000  # control steps
 PUSH = 1e-7  # m/s: within the range in which the loop is linear
 GROWN = 30.0  # factor that a stable loop may reach: modes are not perpendicular
 
@@ -76,10 +76,9 @@ def random_loop(rng):
 
 
 def steps_of(loop):
-    """Return the number of control steps in which an unstable loop grows by `DECADES`."""
+    """Return the number of control steps in which an unstable loop grows by `DECADES`, with a margin for its start."""
     largest = np.abs(np.linalg.eigvals(loop.A)).max()
-    rate = abs(math.log(largest))
-    return min(LONGEST, max(2000, math.ceil((DECADES + 3.0) * math.log(10.0) / rate)))
+    return max(SHORTEST, math.ceil((DECADES + 2.0) * math.log(10.0) / abs(math.log(largest))))
 
 
 def deviations(scenario, steps):
@@ -98,7 +97,7 @@ def deviations(scenario, steps):
 @pytest.mark.slow
 def test_verdicts_of_random_loops():
     rng = np.random.default_rng(SEED)
-    counts, wrong = dict.fromkeys(["stable", "unstable", "undamped", "undecided", "not computed"], 0), []
+    counts, wrong = dict.fromkeys(["stable", "unstable", "undamped", "undecided", "not computed", "too slow"], 0), []
     while sum(counts.values()) < LOOPS:
         data = random_loop(rng)
         try:
@@ -113,10 +112,12 @@ def test_verdicts_of_random_loops():
             counts["not computed"] += 1
             continue
         found = verdict(loop)
+        if found in (STABLE, UNSTABLE) and (steps := steps_of(loop)) > LONGEST:
+            found = "too slow"
         counts[found] += 1
         if found not in (STABLE, UNSTABLE):
             continue
-        moved = deviations(scenario, steps_of(loop))
+        moved = deviations(scenario, steps)
         grown = moved[-1] / moved[0] if moved[0] else np.inf
         bounded = moved.max() <= GROWN * moved[0] and moved[-1] <= moved[0]
         if (found == STABLE) != bool(bounded):
