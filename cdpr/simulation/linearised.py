@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.base.errors import CdprError
+from cdpr.base.errors import CdprError, one_line
 from cdpr.log.recorder import BLOCK
 from cdpr.mechanics.kinematics import lengths
 from cdpr.model import rotations
@@ -27,6 +27,7 @@ from cdpr.simulation.loop import Loop
 from cdpr.simulation.loop_parts import loop_parts
 from cdpr.tension.status import Status
 
+OWN = "cdpr"  # distribution of the built-in plugins
 EULER, RK4 = "semi_implicit_euler", "rk4"
 
 # Differences, relative to the scale of each coordinate: with a step and half of it, extrapolated. A step is reduced
@@ -84,7 +85,8 @@ def linearise(scenario: Scenario, pose: Array, *, response: bool = False) -> Lin
         response: also compute `B`, which otherwise has no columns.
 
     Raises:
-        NotLinearisedError: if the loop has a state that is not known, no state of rest, or no derivative there.
+        NotLinearisedError: if the loop has a state that is not known, no state of rest, or no derivative there, or if a
+            plugin raises an exception.
         SimulationStopped: if the loop stops at this pose.
     """
     held = _held(scenario, pose)
@@ -92,10 +94,17 @@ def linearise(scenario: Scenario, pose: Array, *, response: bool = False) -> Lin
         parts = build(held)
         opened.callback(parts.controller.close)
         opened.callback(parts.backend.close)
-        loop = Loop(parts)
-        opened.callback(loop.close)
-        loop.warm_up(held.initial.state())
-        return _Period(loop, held).linearised(response)
+        try:
+            loop = Loop(parts)
+            opened.callback(loop.close)
+            loop.warm_up(held.initial.state())
+            return _Period(loop, held).linearised(response)
+        except CdprError:
+            raise
+        except Exception as error:
+            if {chosen_plugins(held)[role].distribution for role in ("controller", "solver")} == {OWN}:
+                raise
+            raise NotLinearisedError(f"a plugin raised {one_line(error)}") from error
 
 
 def decay_rate(scenario: Scenario, pose: Array) -> float:
@@ -152,9 +161,7 @@ class _Period:
         kept = {id(array) for array in (parts.backend.command, parts.backend.external, *winches)}
         motion = {id(array) for array in parts.backend.arrays} - kept  # type: ignore[attr-defined]
         self._kept = [(array.copy(), array) for array in loop.memory if id(array) not in motion]
-        w, x, y, z = rotations.conjugate(self._pose[3:])
-        # the product of quaternions q conj(q0) as a matrix on q
-        self._back = np.array([[w, -x, -y, -z], [x, w, z, -y], [y, -z, w, x], [z, y, -x, w]])
+        self._turned = np.array([rotations.multiply(q, self._pose[3:]) for q in np.eye(4)]).T  # q q0 as a matrix on q
         self._step = scenario.simulation.physics_step
         self._period = self._calls * parts.control_step
         size = float(lengths(robot, scenario.initial.state()).max())
@@ -279,7 +286,7 @@ class _Period:
             full = np.zeros(6)
             full[list(self._robot.rows)] = shift
             self._loop.desired[:3] = self._pose[:3] + full[:3]
-            self._loop.desired[3:7] = rotations.multiply(_turn(full[3:]), self._pose[3:])
+            self._loop.desired[3:7] = self._turned @ _turn(full[3:])
         self._advance()
         return np.asarray(self._state() / self.scale)
 
@@ -296,16 +303,14 @@ class _Period:
 
     def _state(self) -> Array:
         state = self._backend.state
-        motion = np.concatenate([state[:3], _rotation_vector(self._back @ state[3:7]), state[7:]])
+        motion = np.concatenate([state[:3], _rotation_vector(state[3:7] @ self._turned), state[7:]])
         return np.concatenate([motion[self._free], self._winch, *self._memory])
 
     def _put(self, x: Array) -> None:
         """Set the state of the loop; all else is as after the first period."""
         motion = np.concatenate([self._pose[:3], np.zeros(9)])
         motion[self._free] = x[: len(self._free)]
-        attitude = self._pose[3:]
-        if motion[3:6].any():
-            attitude = rotations.multiply(_turn(motion[3:6]), attitude)
+        attitude = self._turned @ _turn(motion[3:6])
         self._backend.reset(np.concatenate([motion[:3], attitude, motion[6:]]))
         for copy, array in self._kept:
             array[:] = copy
@@ -345,6 +350,5 @@ def _rotation_vector(q: Array) -> Array:
 
 def _turn(vector: Array) -> Array:
     """Return the quaternion of a rotation vector (3,), rad."""
-    angle = float(np.linalg.norm(vector))
-    axis = vector / angle if angle > 0.0 else np.array([1.0, 0.0, 0.0])
-    return rotations.from_axis_angle(axis, angle)
+    half = 0.5 * math.sqrt(vector @ vector)
+    return np.array([math.cos(half), *(vector * (0.5 * math.sin(half) / half if half > 0.0 else 0.5))])

@@ -17,7 +17,7 @@ from cdpr.plugins.registry import registry
 from cdpr.scenario import Scenario, load_scenario
 from cdpr.scenario.template import Sizes, scenario_text
 from cdpr.simulation.build import faults
-from cdpr.simulation.linearised import decay_rate
+from cdpr.simulation.linearised import NotLinearisedError, decay_rate
 from cdpr.simulation.whole_run import simulate
 
 HALVINGS = 7  # of the bandwidth: from the defaults down to that of a slow crane
@@ -83,7 +83,7 @@ def scenario_with_trials(file: str, source: str | None, sizes: Sizes) -> Trial:
 
 
 def _slowest(scenario: Scenario) -> float:
-    """Return the decay rate (1/s) of the slowest mode at start and goal; minus infinity if the loop stops there."""
+    """Return the decay rate (1/s) of the slowest mode at start and goal; minus infinity if there is none."""
     desired = np.zeros(19)
     scenario.desired.sampler(desired)(scenario.simulation.duration)
     poses: list[Array] = [scenario.initial.state()[:7]]
@@ -91,7 +91,7 @@ def _slowest(scenario: Scenario) -> float:
         poses.append(desired[:7])
     try:
         return min(decay_rate(scenario, pose) for pose in poses)
-    except SimulationStopped:
+    except (SimulationStopped, NotLinearisedError):
         return -np.inf
 
 

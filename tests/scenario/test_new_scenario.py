@@ -11,8 +11,9 @@ from command_line import cdpr_here
 
 from cdpr import load_scenario, simulate
 from cdpr.base.errors import Infeasible
-from cdpr.scenario.template import Sizes
+from cdpr.scenario.template import Sizes, robot_text
 from cdpr.simulation.linearised import decay_rate
+from cdpr.simulation.loop_problems import loop_problems
 from cdpr.simulation.trial_runs import scenario_with_trials
 from cdpr.ui.gui.editor import Editor
 
@@ -140,6 +141,29 @@ def test_random_elastic_robots_are_stable_or_reported(tmp_path):
         assert run.summary()["position_error_m"]["max"] < 0.05 * np.linalg.norm([4.0, 3.0, 2.5])
         assert run.summary()["slack_samples"] == 0
     assert stable >= 0.8 * ROBOTS
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("sizes", "stiffness"),
+    [((1, 20.0), 1e5), ((1, 20.0), 5e3), ((1, 20.0), 1e3), ((10, 200.0), 1e5), ((10, 200.0), 3e4), ((30, 2000.0), 3e5)],
+)
+def test_new_robots_with_elastic_cables_get_stable_gains(tmp_path, sizes, stiffness):
+    """With the default gains, all of them vibrate with growing amplitudes."""
+    scale, mass = sizes
+    frame = tuple(scale * part for part in (4.0, 3.0, 2.5))
+    data = yaml.safe_load(robot_text("robot.yaml", Sizes(frame=frame, mass=mass), "robot"))
+    data["cable"] = {"model": "elastic", "axial_stiffness": stiffness, "damping": 6.0}
+    data["winch"] = {"drum_radius": 0.05, "inertia": 0.002}
+    (tmp_path / "robot.yaml").write_text(yaml.safe_dump(data))
+    trial = scenario_with_trials(str(tmp_path / "s.yaml"), str(tmp_path / "robot.yaml"), Sizes())
+    scenario = load_scenario(tmp_path / "s.yaml", text=trial.text)
+    assert trial.stable
+    assert loop_problems(scenario) == ("stable", [])
+    assert longer(tmp_path, trial.text).summary()["position_error_m"]["max"] < 0.01
+    known, found = loop_problems(scenario.with_changes({"controller.kp": 100.0, "controller.kd": 20.0}))
+    assert known == "unstable"
+    assert "it is stable with controller.kp" in found[0][1]
 
 
 @pytest.mark.slow

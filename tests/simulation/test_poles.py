@@ -14,6 +14,8 @@ from scipy.linalg import expm
 
 import cdpr
 from cdpr.base.errors import CdprError
+from cdpr.plugins import Controller, SnapshotOfArrays
+from cdpr.plugins.registry import registry
 from cdpr.simulation.linearised import NotLinearisedError, linearise
 from cdpr.simulation.loop_problems import loop_problems
 from cdpr.simulation.poles import bandwidths, closed_loop, plant_poles, poles, verdict
@@ -188,6 +190,60 @@ def test_loops_without_a_linearisation_report_the_reason(name, reason):
     known, found = loop_problems(scenario)
     assert known.startswith("not computed: ")
     assert not found
+
+
+class Filtered(SnapshotOfArrays, Controller):
+    """Damping with a filter of first order, whose value is in an array."""
+
+    def __init__(self, robot, gravity, control_step, options):
+        super().__init__(robot, gravity, control_step, options)
+        self.filtered = np.zeros(1)
+        self.arrays = (self.filtered,)
+
+    def control(self, time, state, desired, out):
+        self.filtered += 0.1 * (state[9] - self.filtered)
+        out[:] = 0.0
+        out[2] = MASS * (G - 100.0 * (state[2] - desired[2]) - 10.0 * self.filtered[0])
+
+    def reset(self):
+        self.filtered[:] = 0.0
+
+
+class Slow(Filtered):
+    period = 3
+
+
+class Hidden(Controller):
+    def control(self, time, state, desired, out):
+        out[:] = [0.0, 0.0, MASS * G, 0.0, 0.0, 0.0]
+
+
+class Broken(Filtered):
+    def control(self, time, state, desired, out):
+        raise ValueError("no data")
+
+
+def with_class(kind):
+    plugins, name = registry().with_class("controller", kind)
+    return crane().with_changes({}, controller=name, plugins=plugins)
+
+
+@pytest.mark.parametrize("kind", [Filtered, Slow])
+def test_controllers_in_python(kind):
+    """State z, v, f: f grows by (v - f) / 10 in each call, and the command is held over `period` control steps."""
+    h = 0.004 * kind.period
+    memory = np.array([0.0, 0.1, 0.9])
+    feed = np.array([-100.0, 0.0, 0.0]) - 10.0 * memory
+    held = np.vstack([[1.0, h, 0.0], [0.0, 1.0, 0.0], memory])
+    held[:2] += np.outer([0.5 * h * h, h], feed)
+    same_poles(poles(at_start(with_class(kind))), np.log(np.linalg.eigvals(held).astype(complex)) / h)
+
+
+def test_controllers_with_hidden_states_and_errors_are_reported():
+    with pytest.raises(NotLinearisedError, match="the states of the controller 'Hidden' are not known"):
+        at_start(with_class(Hidden))
+    with pytest.raises(NotLinearisedError, match="a plugin raised ValueError: no data"):
+        at_start(with_class(Broken))
 
 
 def test_slack_cables_are_reported():
