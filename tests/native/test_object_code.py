@@ -23,7 +23,6 @@ CALLS = {
     "sincos",
     "atan2",
     "tanh",
-    "asinh",
     "exp",
     "hypot",
     "cosh",

@@ -21,16 +21,13 @@ coefficient between cable and groove, mu_b that of the bearing, r_b the radius a
     T_high - T_low = k |T_high e_1 - T_low e_2|       for a wheel that turns: its friction torque is mu_b r_b times the
                                                       load of its bearing, the sum of both pulls.
 
-The load is sqrt(T_high^2 + T_low^2 - 2 T_high T_low cos beta), so the second is T_high = T_low exp(b) with b = 2
-asinh(k sin(beta / 2) / sqrt(1 - k^2)). With both coefficients the wheel turns or the cable slips, whichever takes less
-force: the smaller exponent counts. Around rest the exponent is multiplied by tanh(speed / v0), where `speed` is that at
-which the winch pays out and v0 the friction speed: a cable at rest does not stick. So
-
-    T_winch = T_platform exp(-tanh(speed / v0) min(mu beta, b)).
-
-T_platform is the tension of the span at its exit; spans stretch on the pulley as without friction. Weight and inertia
-of the wheel have no part in the load. Kraus et al., "Pulley friction compensation for winch-integrated cable force
-measurement and verification on a cable-driven parallel robot" (ICRA 2015), measured such losses.
+The load is sqrt(T_high^2 + T_low^2 - 2 T_high T_low cos beta), so the second is T_high = T_low (x + sqrt(1 + x^2))^2
+with x = k sin(beta / 2) / sqrt(1 - k^2). With both coefficients the wheel turns or the cable slips, whichever takes
+less force. Around rest mu and mu_b are multiplied by tanh(speed / v0), where `speed` is that at which the winch pays
+out and v0 the friction speed: a cable at rest does not stick. The tension of a span is that on the side of the
+platform; spans stretch on the pulley as without friction. Weight and inertia of the wheel have no part in the load.
+Kraus et al., "Pulley friction compensation for winch-integrated cable force measurement and verification on a
+cable-driven parallel robot" (ICRA 2015), measured such losses.
 """
 
 from __future__ import annotations
@@ -129,16 +126,15 @@ class Pulley(Exit):
         c = float(np.linalg.norm(arm - z * along)) - self.radius
         wrap = (math.atan2(z, -c) - math.acos(min(1.0, self.radius / math.hypot(c, z)))) % math.tau
         groove, bearing = self._coefficients()
-        loss = min(groove * wrap, 2.0 * math.asinh(bearing * math.sin(0.5 * wrap)))
+        loss = min(groove * wrap, 2.0 * bearing * math.sin(0.5 * wrap))
         return loss / (self.friction_speed or FRICTION_SPEED)
 
     def _coefficients(self) -> tuple[float, float]:
-        """Return mu, and k / sqrt(1 - k^2) of the bearing."""
+        """Return mu and k; NO_LIMIT for a cable that does not slip or a wheel that does not turn."""
         groove = NO_LIMIT if self.friction is None else self.friction
         if self.bearing_friction is None or self.bearing_radius is None:
             return groove, NO_LIMIT
-        k = self.bearing_friction * self.bearing_radius / self.radius
-        return groove, k / math.sqrt((1.0 - k) * (1.0 + k))
+        return groove, self.bearing_friction * self.bearing_radius / self.radius
 
     def turned(self, R: NDArray[np.float64]) -> Self:
         """Return the pulley with its axis rotated."""

@@ -2,7 +2,8 @@
 //
 // Geometry, derivation and sources: the docstring of this package. World axes, SI units. `numbers`: radius, unit vector
 // of the axis, and a unit vector perpendicular to it for points on the axis, which do not determine a plane. With
-// friction, further: coefficients of groove and bearing (1e300 for what does not move), and 1 / friction speed, s/m.
+// friction, further: coefficient mu of the groove and k of the bearing, 1e300 for one that does not
+// move; 1 / friction speed, s/m.
 #pragma once
 
 #include <cdpr/cables/exit_result.hpp>
@@ -12,7 +13,6 @@ namespace cdpr::CDPR_TARGET {
 struct Pulley {
     static constexpr int RADIUS = 0, AXIS = 1, SIDE = 4, COUNT = 7;
     static constexpr int GROOVE = 7, BEARING = 8, STEEPNESS = 9, COUNT_WITH_FRICTION = 10;
-    static constexpr double NO_LIMIT = 1e300;
 
     // The wrap angle is counted from minus a quarter turn: round-off about 0 is no full turn.
     static constexpr double TURN = 6.283185307179586, FIRST = -1.5707963267948966;
@@ -68,10 +68,14 @@ struct Pulley {
     // the platform at a speed, m/s. The groove slips or the bearing turns, whichever takes less.
     template <class T> static CDPR_INLINE T friction(const T* numbers, T wrap, T speed) {
         const T angle = larger(wrap, T(0.0));  // round-off
-        T loss = numbers[GROOVE] * angle;
-        if (any(numbers[BEARING] < T(NO_LIMIT)))
-            loss = smaller(loss, 2.0 * inverse_hyperbolic_sine(numbers[BEARING] * sine(0.5 * angle)));
-        return exponential(-hyperbolic_tangent(numbers[STEEPNESS] * speed) * loss);
+        const T share = hyperbolic_tangent(numbers[STEEPNESS] * speed);
+        const T slips = exponential(-share * numbers[GROOVE] * angle);
+        const Truth<T> wheel = numbers[BEARING] < T(1.0);
+        if (!any(wheel)) return slips;
+        const T k = share * numbers[BEARING];
+        const T x = k * sine(0.5 * angle) / square_root((1.0 - k) * (1.0 + k)), root = square_root(1.0 + x * x) - x;
+        const T turns = root * root;
+        return select(wheel, select(speed > T(0.0), larger(slips, turns), smaller(slips, turns)), slips);
     }
 
     template <class T> static CDPR_INLINE Vector<T> point(Vector<T> anchor, const T* numbers, Plane<T> at) {

@@ -192,9 +192,6 @@ CDPR_INLINE Lanes hyperbolic_tangent(const Lanes& a) {
 CDPR_INLINE Lanes exponential(const Lanes& a) {
     return each([](double x, double) { return exponential(x); }, a, a);
 }
-CDPR_INLINE Lanes inverse_hyperbolic_sine(const Lanes& a) {
-    return each([](double x, double) { return inverse_hyperbolic_sine(x); }, a, a);
-}
 CDPR_INLINE Lanes angle_of(const Lanes& sine, const Lanes& cosine) {
     return each([](double y, double x) { return angle_of(y, x); }, sine, cosine);
 }

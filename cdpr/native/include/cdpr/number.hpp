@@ -26,7 +26,6 @@ CDPR_INLINE double sine(double angle) { return ::sin(angle); }
 CDPR_INLINE double cosine(double angle) { return ::cos(angle); }
 CDPR_INLINE double hyperbolic_tangent(double number) { return ::tanh(number); }
 CDPR_INLINE double exponential(double number) { return ::exp(number); }
-CDPR_INLINE double inverse_hyperbolic_sine(double number) { return ::asinh(number); }
 CDPR_INLINE double hypotenuse(double a, double b) { return ::hypot(a, b); }
 CDPR_INLINE double angle_of(double sine, double cosine) { return ::atan2(sine, cosine); }
 
