@@ -16,12 +16,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
+import numpy as np
+
 from cdpr.base.errors import CdprError
 from cdpr.base.fields import NonNegative, Positive, Section
 from cdpr.base.needs import Needs
 from cdpr.base.problems import short_repr
 from cdpr.base.units import known_unit
 from cdpr.model import Cable
+from cdpr.model.robot import Array
 
 MOST = 12  # maximum numbers of a part, as in chain.hpp
 COORDINATE = 2  # states of a winch that turns: unwound length, and speed of its coordinate
@@ -227,6 +230,18 @@ class Span(Part):
     def stiffest(self, cable: Cable) -> float:
         """Return the largest axial stiffness of a cable under any tension, N; 0 if it is not known."""
         return cable.axial_stiffness or 0.0
+
+    def tangent(self, cable: Cable, tension: Array) -> Array:
+        """Return the axial stiffness of the elastic cables whose tension changes alike with their length.
+
+        Args:
+            cable: the cable.
+            tension: (k,) N.
+
+        Returns:
+            (k,) N; 0 if it is not known.
+        """
+        return np.full(len(tension), cable.axial_stiffness or 0.0)
 
 
 @dataclass(frozen=True)

@@ -48,7 +48,8 @@ def stiffness(
         poses: (K, 7) positions [m] and quaternions w, x, y, z.
         tension: (K, m) tensions, of cables that sag at their winches [N]. With less than the least tension of such a
             cable, the stiffness is NaN.
-        axial_stiffness: E A of the cables [N], one value or (m,). By default, it is their own, or 0 if it is not known.
+        axial_stiffness: E A of the cables [N], one value or (m,). By default, it is their own, that of the curve at the
+            given tension, or 0 if it is not known.
         gravity: (3,) gravity [m/s^2], in world axes.
         jobs: number of threads. It does not change the result.
 
@@ -56,28 +57,36 @@ def stiffness(
         CdprError: if an argument has the wrong kind or shape.
     """
     given = checked(poses, (None, 7), "poses", finite=True)
-    known = [cable.axial_stiffness or 0.0 for cable in robot.cables] if axial_stiffness is None else axial_stiffness
-    elastic = np.broadcast_to(np.asarray(known, dtype=float), (robot.m,))
+    count = len(given)
+    pulled = checked(tension, (count, robot.m), "tension")
+    spans = [chain_of(robot, cable).span for cable in robot.cables]
+    if axial_stiffness is None:
+        tangents = [span.tangent(cable, t) for span, cable, t in zip(spans, robot.cables, pulled.T, strict=True)]
+        elastic = np.stack(tangents, axis=-1)
+    else:
+        one = np.broadcast_to(np.asarray(axial_stiffness, dtype=float), (robot.m,))
+        elastic = np.tile(checked(one, (robot.m,), "axial_stiffness"), (count, 1))
     fixed: dict[str, Any] = {
         "lines": line_table(robot),
-        "axial_stiffness": checked(elastic, (robot.m,), "axial_stiffness"),
         "inertial": robot.inertial,
         "gravity": checked(gravity, (3,), "gravity", finite=True),
         "unilateral": int(robot.unilateral),
     }
-    count = len(given)
-    pulled = checked(tension, (count, robot.m), "tension")
     found, matrices = np.empty((count, 6, 6)), np.empty((count, 6, robot.m))
-    bent = [chain_of(robot, cable).span.bends for cable in robot.cables]
+    bent = [span.bends for span in spans]
     chordal = np.where(bent, 0.0, pulled)
 
     def write(cut: slice) -> None:
         at = {"poses": given[cut], "tension": chordal[cut], "stiffness": found[cut], "matrices": matrices[cut]}
-        bind("stiffness", **fixed, **at).unlocked()
+        bind("stiffness", **fixed, **at, axial_stiffness=elastic[cut.start].copy()).unlocked()
 
-    in_threads(count, write, jobs)
-    if any(bent):
-        _add_sagging(robot, given, pulled, found, elastic, fixed["gravity"], jobs)
+    if (elastic == elastic[:1]).all():
+        in_threads(count, write, jobs)
+    else:  # of a curve
+        for k in range(count):
+            write(slice(k, k + 1))
+    if any(bent) and count:
+        _add_sagging(robot, given, pulled, found, elastic[0], fixed["gravity"], jobs)
     return found, matrices
 
 

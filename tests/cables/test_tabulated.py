@@ -12,6 +12,7 @@ from cdpr.cables.tables import chain_table
 from cdpr.cables.tabulated import TABULATED, curve_of
 from cdpr.mechanics.kinematics import lengths, make_state
 from cdpr.mechanics.potential import Potential, rest_lengths
+from cdpr.mechanics.stiffness import stiffness
 from cdpr.scenario.from_python import _cables
 
 CURVE = [[0.001, 100.0], [0.003, 500.0], [0.006, 1500.0], [0.01, 4000.0]]  # N
@@ -73,6 +74,20 @@ def test_the_robot_rests_where_the_curve_carries_it():
 
 def test_the_largest_slope_limits_the_step():
     assert TABULATED.stiffest(robot_with(CURVE).cables[0]) == pytest.approx(2500.0 / 0.004)
+
+
+def test_the_stiffness_follows_the_slope_of_the_curve():
+    robot = robot_with(CURVE)
+    poses, tension = np.tile(robot.home, (3, 1)), np.array([[50.0] * 8, [800.0] * 8, np.linspace(0.0, 5000.0, 8)])
+    K, _ = stiffness(robot, poses, tension)
+    for pose, t, found in zip(poses, tension, K, strict=True):
+        unwound = rest_lengths(robot, pose[None], t[None])[0]
+        at = Potential(robot, (0.0, 0.0, -9.81), unwound, np.full(8, np.nan))
+        expected = at.evaluate(pose)[2] * np.outer(at.scale, at.scale)
+        np.testing.assert_allclose(0.5 * (found + found.T), expected, atol=1e-6 * np.abs(expected).max())
+    line = robot_with([[0.001, 100.0], [0.01, 1000.0]])
+    elastic = cdpr.load_robot("caroca_winches", overrides={"cable.axial_stiffness": 1e5})
+    np.testing.assert_allclose(stiffness(line, poses, tension)[0], stiffness(elastic, poses, tension)[0], atol=1e-6)
 
 
 def test_the_curve_is_a_table_in_files():

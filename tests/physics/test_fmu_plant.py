@@ -52,6 +52,7 @@ def reference(plant, steps):
 REPEATS = {
     "cogiro",
     "cogiro_elastic",
+    "cogiro_tabulated",
     "pulleys_elastic",
     "pulleys_mixed",
     "planar_elastic",

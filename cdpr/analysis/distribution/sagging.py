@@ -53,6 +53,7 @@ def static_tensions(
     found = distribute(robot, poses, **given)
     if not bends(robot):
         return found
+    bad = np.asarray(found.status) == Status.BAD_INPUT
     down, still = np.array(gravity, dtype=np.float64), np.zeros(3)
     load = np.array([required_wrench(robot, make_state(pose[:3], pose[3:]), down, still, still) for pose in poses])
     scale = np.repeat([1.0, 1.0 / robot.characteristic_length], 3)
@@ -66,6 +67,6 @@ def static_tensions(
             break
         added = np.where(open_rows[:, None], beside, added)
         found = distribute(robot, poses, load - added, **given)
-    status = np.where(open_rows, float(Status.NOT_FOUND), np.asarray(found.status, dtype=float))
+    status = np.where(open_rows & ~bad, float(Status.NOT_FOUND), np.asarray(found.status, dtype=float))
     tension = np.where(open_rows[:, None], np.nan, found.tension)
     return Distribution(tension, StatusArray(status), found.residual, found.margin, found.at_limit)

@@ -9,7 +9,7 @@ from cdpr.analysis.distribution.sagging import static_tensions
 from cdpr.analysis.workspace.measure import Measured, Mode, measure
 from cdpr.analysis.workspace.question import Question, directions
 from cdpr.base.errors import CdprError
-from cdpr.cables import bends
+from cdpr.cables import bends, chain_of
 from cdpr.mechanics.assumed_diameters import assumption, with_diameters
 from cdpr.mechanics.clearance import Clearance, clearance
 from cdpr.mechanics.sag import CHORD
@@ -145,7 +145,7 @@ def _exerted(robot: Robot, poses: Array, question: Question, jobs: int | None, m
 def _rigid(robot: Robot, question: Question) -> NDArray[np.bool_]:
     """Return True for cables without axial stiffness, (m,)."""
     given = question.axial_stiffness is not None
-    return np.array([not given and cable.axial_stiffness is None for cable in robot.cables])
+    return np.array([not given and not chain_of(robot, cable).span.stiffest(cable) for cable in robot.cables])
 
 
 def _stiffness(

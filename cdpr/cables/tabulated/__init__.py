@@ -14,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Annotated
 
+import numpy as np
 from pydantic import AfterValidator, Field
 
 from cdpr.base.fields import NonNegative, Positive
@@ -21,6 +22,7 @@ from cdpr.base.needs import of_winch
 from cdpr.cables.chain import Number, Span
 from cdpr.cables.elastic import DAMPING
 from cdpr.model import Cable
+from cdpr.model.robot import Array
 
 POINTS = 5  # as in tabulated.hpp
 TABLE = "stiffness_table"
@@ -68,6 +70,14 @@ class Tabulated(Span):
         """Return the largest slope of the curve, N."""
         points = [(0.0, 0.0), *curve_of(cable.own)]
         return max((high[1] - low[1]) / (high[0] - low[0]) for low, high in pairwise(points))
+
+    def tangent(self, cable: Cable, tension: Array) -> Array:
+        """Return (1 + e) f'(e) - T, N, at the strains e of tensions (k,), N."""
+        points = np.array([(0.0, 0.0), *curve_of(cable.own)])
+        slopes = np.diff(points[:, 1]) / np.diff(points[:, 0])
+        piece = np.searchsorted(points[1:-1, 1], tension)
+        strain = points[piece, 0] + (tension - points[piece, 1]) / slopes[piece]
+        return np.asarray((1.0 + strain) * slopes[piece] - tension)
 
 
 TABULATED = Tabulated(

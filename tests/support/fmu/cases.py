@@ -27,6 +27,7 @@ WINCH = [
     "robot.cable.damping=100",
 ]
 ELASTIC = [*WINCH, "robot.cable.model=elastic"]
+CURVE = "[[0.001, 60], [0.004, 500], [0.01, 2500]]"  # tensions in N
 RIGID = [*WINCH, "robot.cable.model=rigid"]
 MIXED = [*ELASTIC, "robot.cables[0].model=rigid", "robot.cables[3].model=ideal"]
 SKEWED = [
@@ -55,6 +56,7 @@ CASES = {
     "mixed": ("cogiro", MIXED),
     "pulleys_mixed": ("cogiro_pulleys", MIXED),
     "planar_mixed": ("planar", MIXED),
+    "cogiro_tabulated": ("cogiro", [*WINCH, "robot.cable.model=tabulated", f"robot.cable.stiffness_table={CURVE}"]),
     "legs_elastic": ("caroca", [*ELASTIC, "robot.unilateral=false"]),
 }
 
