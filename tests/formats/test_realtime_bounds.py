@@ -36,8 +36,8 @@ COMPILE_TIME = "cdpr/field.hpp"  # the text of fields is read by the compiler
 STOP = "events=[{type: emergency_stop, time: 0.4, stopping_time: 0.3}]"
 
 
-def pipeline(*changes):
-    path = ROOT / "scenarios" / "planar.yaml"
+def pipeline(*changes, name="planar"):
+    path = ROOT / "scenarios" / f"{name}.yaml"
     return set(control_of(cdpr.load_scenario(path, overrides=[*changes]), motion=True).pipeline.names)
 
 
@@ -46,6 +46,8 @@ def exported_headers():
     names = pipeline(STOP)
     for controller in CONTROLLERS:
         names |= pipeline(f"controller={{type: {controller}}}")
+    for controller in ("inverse_kinematics", "computed_torque"):
+        names |= pipeline(f"controller={{type: {controller}}}", name="camera_robot")
     for solver in registry().names("solver"):
         try:
             names |= pipeline(f"solver={{type: {solver}, infeasible: best_effort}}")
