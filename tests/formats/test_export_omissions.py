@@ -36,7 +36,7 @@ from cdpr.model import rotations
         (
             ("camera_robot.yaml", "--to", "mjcf"),
             2,
-            "(--set robot.cable.model=ideal --set robot.winch.type=torque, of a robot file cable.model=ideal and winch.type",
+            "--set robot.winch.type=torque, of a robot file cable.model=ideal and winch.type=torque)",
         ),
         (("cogiro_pulleys.yaml", "--to", "mjcf"), 2, "replace them by points (--pulleys-as-points)"),
         (("robots/caroca.yaml", "--to", "urdf", "--pulleys-as-points"), 2, "is for --to mjcf or --to sdf"),

@@ -333,7 +333,7 @@ def test_a_start_without_equilibrium_is_reported():
         event for event in cdpr.simulate(camera(**{"simulation.duration": 0.1})).events if event.kind == "start"
     )
     assert event.text.startswith(
-        "the cables do not hold the platform at the start: 98.1 N of 98.1 N are not balanced, and it moves until they are"
+        "the cables do not hold the platform at the start: 98.1 N of 98.1 N are not balanced, and it moves"
     )
     still = {"simulation.duration": 0.1, "controller.flex_compensation": True}
     for winch in ({"type": "position"}, SERVO):
