@@ -47,8 +47,8 @@ struct Holding {
 };
 
 // Write the wrench matrix and the platform's weight minus the wrench of the pretension, at a pose (7); for all
-// directions, and for the degrees of freedom.
-inline void write_load(const Holding& p, const double* pose) {
+// directions, and for the degrees of freedom. `beside` (6), if any, is a further wrench on the platform.
+inline void write_load(const Holding& p, const double* pose, const double* beside) {
     for (int i = 0; i < 13; i++) p.still[i] = i < 7 ? pose[i] : 0.0;
     Geometry<double> cables = p.cables();
     geometry(cables);
@@ -58,6 +58,7 @@ inline void write_load(const Holding& p, const double* pose) {
     for (int64_t j = 0; j < 6; j++) {
         const double* row = p.whole_matrix + j * p.m;
         p.whole_wrench[j] = difference(p.whole_wrench[j], 0, p.m, [&](int64_t i) { return row[i] * p.pretension; });
+        if (beside != nullptr) p.whole_wrench[j] -= beside[j];
     }
     for (int64_t k = 0; k < p.n; k++) {
         p.wrench[k] = p.whole_wrench[p.rows[k]];
@@ -66,8 +67,8 @@ inline void write_load(const Holding& p, const double* pose) {
 }
 
 // Write the tensions for a pose (7): position, m, and quaternion. If none are found, the previous ones are kept.
-inline void hold(const Holding& p, const double* pose) {
-    write_load(p, pose);
+inline void hold(const Holding& p, const double* pose, const double* beside = nullptr) {
+    write_load(p, pose, beside);
     if (bounded::find(p.nearest()) < 0) return;
     for (int64_t i = 0; i < p.m; i++) p.feed[i] = p.pretension + p.change[i];
 }

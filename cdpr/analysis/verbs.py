@@ -103,6 +103,7 @@ def _duty(
     what: Any, i: int | None, overrides: Overrides | None, say: Callable[[str], None]
 ) -> tuple[Duty, NDArray[np.float64]]:
     """Return the duty of a scenario or run, item `i` of several, and its gravity, (3,), m/s^2."""
+    from cdpr.analysis.distribution.motion import assumed_tensions
     from cdpr.analysis.sizing import Duty
     from cdpr.log.reader import load_run
     from cdpr.log.run import Run
@@ -117,6 +118,8 @@ def _duty(
     scenario = load_scenario(what, overrides={} if overrides is None else overrides)
     for text in (*scenario.notes, *judged(scenario.warnings, strict=False)):
         say(text)
+    if text := assumed_tensions(scenario):
+        say(f"tensions: {text}; size the run instead")
     gravity = np.array(scenario.world.gravity)
     if isinstance(what, str | os.PathLike):
         return Duty.of_scenario(scenario, os.fspath(what)), gravity

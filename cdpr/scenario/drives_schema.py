@@ -9,7 +9,7 @@ from pydantic import Field
 from cdpr.base.fields import NonNegative, Positive, Section, unit
 from cdpr.base.needs import Needs, of_drives
 
-LONGEST = 10.0  # s, delay
+LONGEST = 1.0  # s, delay
 
 Delay = Annotated[NonNegative, Field(le=LONGEST)]
 DELAY = "delay of the command: an integer multiple of control_step"

@@ -11,8 +11,7 @@ struct ImperfectDrives {
     const double* imposed;       // (m), N, tensions that events impose on cables; NaN for none
     const double* takes_rate;    // (m), 1 if the command is a rate, else 0
     const double* imperfection;  // (m, 4): delay in control periods, resolution, largest change in a period, half play
-    double* line;                // (k, m), sent commands, a ring; longer than every delay
-    double* row;                 // (1), row of the ring for the present command
+    double* line;                // (k, m), sent commands, the present one first; k is longer than every delay
     double* motor;               // (m), command after the limit of its rate
     double* drum;                // (m), command after the play; of a rate: position of the motor in the play, m
     double* applied;             // (m), N, m or m/s
@@ -20,7 +19,7 @@ struct ImperfectDrives {
     int64_t m;
     int64_t k;
     static constexpr char fields[] =
-        "command(m), imposed(m), takes_rate(m), imperfection(m, 4), both line(k, m), both row(1), both motor(m), "
+        "command(m), imposed(m), takes_rate(m), imperfection(m, 4), both line(k, m), both motor(m), "
         "both drum(m), applied(m), period, m, k >= 1";
 };
 
@@ -28,7 +27,7 @@ struct ImperfectDrives {
 // is that of drives at rest: they have had the present tension or length, or the rate 0, for ever.
 inline int apply_drives(ImperfectDrives& p, double time) {
     const bool first = !(time > 0.0);
-    const int64_t row = first ? 0 : int64_t(p.row[0]);
+    for (int64_t j = p.k * p.m - 1; j >= p.m; j--) p.line[j] = p.line[j - p.m];
     for (int64_t i = 0; i < p.m; i++) {
         const double* const own = p.imperfection + 4 * i;
         const double resolution = own[1], most = own[2], half = own[3];
@@ -39,8 +38,8 @@ inline int apply_drives(ImperfectDrives& p, double time) {
             for (int64_t j = 0; j < p.k; j++) p.line[j * p.m + i] = before;
             p.motor[i] = p.drum[i] = before;
         }
-        p.line[row * p.m + i] = given;
-        const double sent = p.line[(row + p.k - int64_t(own[0])) % p.k * p.m + i];
+        p.line[i] = given;
+        const double sent = p.line[int64_t(own[0]) * p.m + i];
         const double motor = p.motor[i] = smaller(larger(sent, p.motor[i] - most), p.motor[i] + most);
         if (!(half > 0.0)) {
             p.applied[i] = motor;
@@ -53,7 +52,6 @@ inline int apply_drives(ImperfectDrives& p, double time) {
         }
         if (p.imposed[i] == p.imposed[i]) p.applied[i] = p.imposed[i];
     }
-    p.row[0] = double((row + 1) % p.k);
     return 0;
 }
 

@@ -54,8 +54,14 @@ class Drives(LoopPart):
         self._imperfection = imperfection
         m = len(imperfection)
         self._line = np.zeros((int(imperfection[:, 0].max()) + 1, m))
-        self._row, self._motor, self._drum = np.zeros(1), np.zeros(m), np.zeros(m)
-        self.arrays = (self._line, self._row, self._motor, self._drum)
+        self._motor, self._drum = np.zeros(m), np.zeros(m)
+        self.arrays = (self._line, self._motor, self._drum)
+
+    @property
+    def nonlinear(self) -> str:
+        """Return why the loop cannot be linearised: resolution or backlash."""
+        steps = self._imperfection[:, [1, 3]].any()
+        return "the resolution or the backlash of the drives is not linear" if steps else ""
 
     def connect(self, surroundings: Surroundings) -> None:
         """Bind the operation to the commands of the loop."""
@@ -67,7 +73,6 @@ class Drives(LoopPart):
             takes_rate=np.array([float(each == RATE) for each in commands_of(robot)]),
             imperfection=self._imperfection,
             line=self._line,
-            row=self._row,
             motor=self._motor,
             drum=self._drum,
             applied=surroundings.columns["drive_command"],

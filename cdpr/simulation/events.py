@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 from cdpr.log.event import Event
 from cdpr.log.header import Header
 from cdpr.mechanics.contacts import passing
+from cdpr.mechanics.dynamics import required_wrench
+from cdpr.mechanics.kinematics import wrench_matrix
 from cdpr.mechanics.reach import Exceeded
 from cdpr.model.robot import Array
 from cdpr.scenario.events import ScenarioEvent, first_sample
@@ -24,6 +26,7 @@ from cdpr.tension.status import Status
 if TYPE_CHECKING:
     from cdpr.mechanics.closest import Closest
 
+UNBALANCED = 0.1  # share of the weight from which the start is reported
 # More events would not be read: the last one counts the rest.
 MOST = 200
 
@@ -59,6 +62,35 @@ def tension_events(status: NDArray[np.generic], step: float, parts: Parts, refus
     if len(spans) > MOST:
         events.append(Event(spans[MOST][0] * step, "more", f"{len(spans) - MOST} further spans without distribution"))
     return events
+
+
+def start_events(first: Array, header: Header, parts: Parts) -> list[Event]:
+    """Return an event if a controller commands winches, and the cables do not hold the platform at the start.
+
+    Args:
+        first: first row of the run.
+        header: header of the run.
+        parts: parts of the loop.
+    """
+    if parts.output != "winch" or header.loaded:
+        return []
+    robot, columns = parts.robot, header.layout.columns
+    state = first[header.layout.span("position", "angular_velocity")].copy()
+    state[7:] = 0.0
+    weight = required_wrench(robot, state, np.array(header.gravity))
+    wrench = wrench_matrix(robot, state) @ first[columns["cable_tension"]]
+    if "bending_wrench" in columns:
+        wrench += first[columns["bending_wrench"]]
+    rows = list(robot.rows)
+    unit = np.repeat([1.0, robot.characteristic_length], 3)[rows]
+    needed, left = (float(np.linalg.norm(each[rows] / unit)) for each in (weight, weight - wrench))
+    if not left > UNBALANCED * needed:
+        return []
+    text = (
+        f"the cables do not hold the platform at the start: {left:.4g} N of {needed:.4g} N are not balanced, and it "
+        "moves until they are; start with cables under tension, or at a pose of rest (cdpr equilibrium)"
+    )
+    return [Event(0.0, "start", text)]
 
 
 def limit_events(exceeded: Sequence[Exceeded], header: Header) -> list[Event]:

@@ -56,7 +56,8 @@ class Linearised:
             have corners at symmetric poses, where other cables reach their lower limits.
         B: (k, n), derivative by the desired pose in each degree of freedom [1/m, 1/rad].
         plant: (j, j), derivative of one physics step of the plant with held commands, by its first j coordinates.
-        names: name of each coordinate: a degree of freedom or "winches", its rate as `x'`, "servo" or "controller".
+        names: name of each coordinate: a degree of freedom or "winches", its rate as `x'`, "servo" or "controller",
+            also for commands that wait in drives.
         scale: (k,), scales.
         rest: (k,), state of rest; of the platform relative to the desired pose.
         period: time between two calls of the controller [s].
@@ -128,8 +129,8 @@ def _held(scenario: Scenario, pose: Array) -> Scenario:
         raise NotLinearisedError(f"the plant of the backend '{name}' is not known")
     if scenario.world.contact:
         raise NotLinearisedError("contacts are not linear")
-    if parts := loop_parts(scenario):
-        raise NotLinearisedError(f"the states of the {parts[0].title} are not known")
+    if reason := next((part.nonlinear for part in loop_parts(scenario) if part.nonlinear), ""):
+        raise NotLinearisedError(reason)
     rest = {"position": pose[:3].tolist(), "orientation": {"quaternion": pose[3:].tolist()}}
     changes: dict[str, Any] = {"trajectory": {"type": "hold"}, "initial": rest, "simulation.backend": "reference"}
     changes["backend_options"] = {"reference": {"scheme": scheme}}
@@ -142,7 +143,7 @@ class _Period:
     """One control period as a function of the state of the loop.
 
     The state is (position, rotation from the desired attitude, velocity, angular velocity) of the platform, in world
-    axes, the states of the winches, and the memory of the controller.
+    axes, the states of the winches, and the memory of the controller and of the drives.
     """
 
     def __init__(self, loop: Loop, scenario: Scenario) -> None:
@@ -151,7 +152,8 @@ class _Period:
         self._winches = getattr(parts.backend, "winches", None)
         if loop.memory is None:
             raise NotLinearisedError(f"the states of the controller '{scenario.controller.type}' are not known")
-        self._memory = [array.reshape(-1) for array in parts.controller.arrays]  # type: ignore[attr-defined]
+        own_arrays = (*parts.controller.arrays, *(each for part in parts.more for each in part.arrays))  # type: ignore[attr-defined]
+        self._memory = [array.reshape(-1) for array in own_arrays]
         self._calls, self._used = loop.calls.period, STEP
         self._pose = scenario.initial.state()[:7]
         loop.begin(np.zeros((BLOCK, len(loop.row))), BLOCK)

@@ -129,6 +129,11 @@ class LoopPart:
         return f"part of the loop '{self.name}'"
 
     @property
+    def nonlinear(self) -> str:
+        """Return why the loop cannot be linearised with it; "" if `arrays` are its states, and all maps are smooth."""
+        return f"the states of the {self.title} are not known"
+
+    @property
     def all_needs(self) -> tuple[Needs, ...]:
         """Return `needs`, and the needs of moving anchors if it moves them."""
         return (of_moving_anchors(), self.needs) if self.moves_anchors else (self.needs,)

@@ -38,7 +38,7 @@ from cdpr.scenario import Scenario
 from cdpr.scenario.events import broken, guarding, redirected, redirecting
 from cdpr.scenario.events.limit_changes import limit_changes
 from cdpr.simulation.build import build
-from cdpr.simulation.events import contact_events, limit_events, marks, scheduled_events, tension_events
+from cdpr.simulation.events import contact_events, limit_events, marks, scheduled_events, start_events, tension_events
 from cdpr.simulation.loop import Loop
 from cdpr.simulation.loop_part import LoopPart
 from cdpr.simulation.parts import Parts
@@ -230,6 +230,7 @@ class Runner:
             left, slack = known or left_and_slack(self.header, np.asarray(rows))
             events += limit_events(left.exceeded(), self.header)
             events += slack.events(self.header.cables)
+            events += start_events(np.asarray(rows[:1])[0], self.header, self.parts) if len(rows) else []
             closest = self._closest(rows)
             if closest is not None:
                 least = closest.least

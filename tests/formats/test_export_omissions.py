@@ -33,6 +33,11 @@ from cdpr.model import rotations
             "in all six directions; robot 'planar' is not",
         ),
         (("winch.yaml", "--to", "mjcf"), 2, "MJCF does not support winches and elastic cables: cable_1, cable_2"),
+        (
+            ("camera_robot.yaml", "--to", "mjcf"),
+            2,
+            "--set robot.winch.type=torque, of a robot file cable.model=ideal and winch.type=torque)",
+        ),
         (("cogiro_pulleys.yaml", "--to", "mjcf"), 2, "replace them by points (--pulleys-as-points)"),
         (("robots/caroca.yaml", "--to", "urdf", "--pulleys-as-points"), 2, "is for --to mjcf or --to sdf"),
         (

@@ -236,7 +236,7 @@ MESSAGES = {
     "name": ({"cables": {"cable_9": {"delay": 0.001}}}, "unknown cable 'cable_9': expected one of cable_1, cable_2"),
     "negative": ({"resolution": -1.0}, "drives.resolution"),
     "rate": ({"rate_max": 0.0}, "drives.rate_max"),
-    "long": ({"delay": 11.0}, "drives.delay"),
+    "long": ({"delay": 1.5}, "drives.delay"),
     "key": ({"lag": 1.0}, "drives.lag"),
 }
 

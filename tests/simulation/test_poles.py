@@ -299,3 +299,27 @@ def test_validate_loads_no_engine():
 
 def test_errors_are_those_of_cdpr():
     assert issubclass(NotLinearisedError, CdprError)
+
+
+@pytest.mark.parametrize("late", [1, 5, 20])
+def test_late_commands_wait_in_the_drives(late):
+    """Closed form: the acceleration of the feedback acts `late` control periods later, and is held for one."""
+    step, kp, kd = 0.004, 100.0, 10.0
+    scenario = crane().with_changes({"drives": {"delay": late * step, "rate_max": 1e6}})
+    expected = np.zeros((2 + late, 2 + late))  # height, speed, and the accelerations that wait, the oldest last
+    expected[:2, :2] = [[1.0, step], [0.0, 1.0]]
+    expected[:2, -1] = step**2 / 2.0, step
+    expected[2, :2] = -kp, -kd
+    expected[3:, 2:-1] = np.eye(late - 1)
+    found, wanted = (np.linalg.eigvals(each) for each in (at_start(scenario).A, expected))
+    found, wanted = (each[np.abs(each) > 1e-3] for each in (found, wanted))
+    assert len(found) == len(wanted)
+    assert max(np.abs(found - z).min() for z in wanted) < 1e-6
+    assert verdict(at_start(scenario)) == ("stable" if np.abs(wanted).max() < 1.0 else "unstable")
+    assert (late < 20) == (np.abs(wanted).max() < 1.0)
+
+
+def test_drives_that_are_not_linear_have_no_poles():
+    for drives in ({"resolution": 0.1}, {"cables": {"cable_1": {"backlash": 0.1}}}):
+        with pytest.raises(NotLinearisedError, match="the resolution or the backlash of the drives is not linear"):
+            at_start(crane().with_changes({"drives": drives}))

@@ -325,3 +325,27 @@ def test_the_last_row_of_an_infeasible_run_has_its_own_commands():
     later = 0.002 * run.rate[-1] / (1.0 + rest)  # an ideal drive reaches it at the end of the period
     np.testing.assert_allclose(run.winch_command[-1], wanted + later, rtol=0.0, atol=1e-12)
     assert same_bits(run["drive_command"][-1], run.winch_command[-3])
+
+
+def test_a_start_without_equilibrium_is_reported():
+    """Lengths of unloaded cables have no tension at the start; compensated lengths and rates start at rest."""
+    (event,) = (
+        event for event in cdpr.simulate(camera(**{"simulation.duration": 0.1})).events if event.kind == "start"
+    )
+    assert event.text.startswith(
+        "the cables do not hold the platform at the start: 98.1 N of 98.1 N are not balanced, and it moves"
+    )
+    still = {"simulation.duration": 0.1, "controller.flex_compensation": True}
+    for winch in ({"type": "position"}, SERVO):
+        assert [e for e in cdpr.simulate(camera(winch=winch, **still)).events if e.kind == "start"] == []
+    rates = camera(winch={"type": "velocity"}, **{"trajectory": {"type": "hold"}, "simulation.duration": 0.1})
+    assert [e for e in cdpr.simulate(rates).events if e.kind == "start"] == []
+
+
+def test_flex_compensation_includes_the_weight_of_the_ropes():
+    """Without half of their weight, 0.9 kN on the platform of about 5 kN, it would rest lower."""
+    own = {"robot.winch": {"type": "position"}, "trajectory": {"type": "hold"}, "simulation.duration": 0.2}
+    compensated = INVERSE | {"flex_compensation": True, "pretension": 1000.0}
+    run = cdpr.simulate("sagging", overrides={**own, "controller": compensated})
+    assert np.linalg.norm(run.position - run.position[0], axis=1).max() < 1e-6
+    assert np.abs(run["bending_wrench"][0, 2]) > 50.0

@@ -9,13 +9,16 @@ import numpy as np
 from cdpr.analysis.distribution.describe import describe_motion, describe_pose, describe_robot
 from cdpr.analysis.distribution.survey import Survey, survey
 from cdpr.base import defaults
+from cdpr.cables import commands_of
 from cdpr.log.run_json import to_json
 from cdpr.mechanics.assumed_diameters import assumption, least_clearance
 from cdpr.model import Robot
 from cdpr.model.robot import Array
+from cdpr.plugins.controller import OUTPUTS, stage_of_output
 from cdpr.plugins.registry import registry
 from cdpr.scenario import Scenario
 from cdpr.simulation.attached import SurveyBodies
+from cdpr.simulation.columns import chosen_plugins
 from cdpr.simulation.loads import Loads
 from cdpr.simulation.schedule import Schedule
 from cdpr.tension.stage import Solve, TensionStage
@@ -56,7 +59,21 @@ def describe_loaded(
         **describe_motion(controlled, motion),
         "events": events,
     }
+    if note := assumed_tensions(loaded):
+        figures["motion"]["tensions"] = note
     return to_json(figures), motion
+
+
+def assumed_tensions(scenario: Scenario) -> str:
+    """Return a note if a run has other tensions, because its controller commands winches without a solver; else ""."""
+    entry = chosen_plugins(scenario)["controller"]
+    output = entry.info.properties.get("output", "wrench")
+    if output not in OUTPUTS or stage_of_output(output, commands_of(scenario.robot)) != "winch":
+        return ""
+    return (
+        f"those of the solver {defaults.SOLVER}; controller '{entry.info.name}' commands the winches without a solver, "
+        "so a run has other tensions"
+    )
 
 
 def _evaluated_samples(scenario: Scenario) -> Array:

@@ -236,3 +236,15 @@ def test_turns_of_several_duties_are_from_the_shortest_to_the_longest_of_all():
     several = sizing([Duty.of_scenario(low, "low"), Duty.of_scenario(high, "high")]).worst
     radius = drum_radii(low.robot)
     assert np.array_equal(several.turns, (several.longest - several.shortest) / (2 * np.pi * radius), equal_nan=True)
+
+
+def test_controllers_of_winches_have_other_tensions():
+    """Tensions of a solver, although the controller commands lengths: `size` and `info` say so."""
+    said = []
+    cdpr.size("camera_robot", overrides=SHORT, say=said.append)
+    note = "those of the solver qp; controller 'inverse_kinematics' commands the winches without a solver, so a run has"
+    assert any(text.startswith(f"tensions: {note} other tensions; size the run") for text in said)
+    assert note in " ".join(cli("info", "camera_robot").stdout.split())
+    cdpr.size("winch", overrides=SHORT, say=(said := []).append)
+    assert not any(text.startswith("tensions") for text in said)
+    assert "without a solver" not in cli("info", "winch").stdout

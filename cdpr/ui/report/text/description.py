@@ -124,6 +124,8 @@ def _motion(motion: dict[str, Any], dof: list[str]) -> Iterator[str]:
         )
     if motion["events"]:
         yield row("with its events", ", ".join(motion["events"]))
+    if motion.get("tensions"):
+        yield row("tensions", motion["tensions"])
     feasible = f"{100 * motion['feasible_share']:.4g} % of the samples"
     if motion["first_infeasible_s"] is not None:
         feasible += f"; first not at {motion['first_infeasible_s']:.4g} s (tensions below: the nearest)"
