@@ -389,7 +389,7 @@ class RobotSection(Section):
 
 
 def _unused(winch: WinchSection | None, chains: Iterable[Chain]) -> Iterator[str]:
-    used = {number.key for chain in chains for number in chain.winch.numbers if number.owner == "winch"}
+    used = {number.key for chain in chains for number in chain.winch.accepted if number.owner == "winch"}
     for key, info in type(winch).model_fields.items() if winch and used else ():
         if key != "type" and key not in used and getattr(winch, key) != info.default:
             yield key

@@ -182,8 +182,8 @@ class Sample:
             readings = backend.readings(tension, work)
         tensions, works = readings or ([partial(backend.read_tension, tension)], [read_work])
         command: Do = bind("copy", source=self.drive, target=backend.command)
-        doing = (command, *tensions, *self._rubbing(backend), *self._sagging(backend))
-        reading = [Operation("backend", do) for do in doing]
+        more = (*self._rubbing(backend), *self._sagging(backend), *self._turning(backend))
+        reading = [Operation("backend", do) for do in (command, *tensions, *more)]
         reading.append(Operation("backend", bind("not_finite", values=tension), self._refuse_tension))
         return reading, [Operation("backend", do) for do in works]
 
@@ -199,6 +199,13 @@ class Sample:
         if found is None:
             raise PluginError(f"{type(backend).__name__} does not support cables that sag: choose another backend")
         return found
+
+    def _turning(self, backend: Backend) -> Sequence[Do]:
+        """Return the operations that read the motion of the drums."""
+        if not self.layout.has("motors"):
+            return ()
+        names = "drum_angle", "drum_speed", "motor_torque", "motor_power"
+        return backend.drum_readings(*map(self.view, names))
 
     def _refuse_seen(self, _: int) -> None:
         names = ", ".join(repr(part.name) for part in self._parts.more if part.writes)
