@@ -79,16 +79,23 @@ def describe_robot(robot: Robot) -> dict[str, Any]:
                 "tension_min_N": cable.tension_min,
                 "tension_max_N": cable.tension_max,
                 **{key: getattr(cable, name) for key, name in OPTIONAL.items()},
-                "winch": None if cable.winch is None else _winch(cable),
+                "winch": winch_figures(cable),
             }
             for cable in robot.cables
         ],
     }
 
 
-def _winch(cable: Cable) -> dict[str, Any]:
-    """Return type, gear, drum and inertia of a winch; None for unknown numbers."""
-    assert cable.winch is not None
+def winch_figures(cable: Cable) -> dict[str, Any] | None:
+    """Return type, drum, transmission and inertia of a cable's winch, None for unknown numbers; None without a winch.
+
+    Example:
+        >>> import cdpr
+        >>> winch_figures(cdpr.load_robot("caroca_winches").cables[0])["drum_radius_m"]
+        0.05
+    """
+    if cable.winch is None:
+        return None
     numbers = {key: number.of(cable, math.nan) for key, number in WINCH.items()}
     return {
         "type": cable.winch.type,
