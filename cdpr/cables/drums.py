@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from cdpr.cables.drum import RADIUS
 from cdpr.cables.tables import home_lengths, transmission_numbers
-from cdpr.cables.transmission import KERNEL
+from cdpr.cables.transmission import GROWTH, KERNEL
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.arrays import real
@@ -84,6 +84,19 @@ def unwound_lengths(robot: Robot, angles: ArrayLike) -> Array:
     unwound = np.empty(angle.shape)
     bind("drum_lengths", drums=drum_table(robot), angle=angle, unwound=unwound)()
     return unwound
+
+
+def emptied(robot: Robot, lengths: Array) -> str:
+    """Return a message on the first drum that is empty with these unwound lengths (m,) [m]; "" if none is."""
+    still = np.zeros((1, robot.m))
+    per_turn = drum_motion(robot, lengths[None], still, still).per_turn[0]
+    for cable, length, radius in zip(robot.cables, lengths.tolist(), per_turn.tolist(), strict=True):
+        if GROWTH.of(cable, 0.0) > 0.0 and not radius > 0.0:
+            return (
+                f"cable '{cable.name}': its drum is empty at a length of {length:.4g} m, as its radius shrinks with "
+                f"{GROWTH.name}: expected a larger {RADIUS.name} at the home pose, or less growth"
+            )
+    return ""
 
 
 def drum_table(robot: Robot) -> Array:

@@ -14,7 +14,8 @@ template <class T> CDPR_INLINE T friction_at(const Plant<T>& plant, int64_t i, T
 template <class T> inline void write_friction(Plant<T>& plant) {
     for (int64_t i = 0; i < plant.m; i++) {
         if (!plant.rubs(i)) continue;
-        const T speed = plant.stretches(i) ? -plant.chain(i).per_turn(plant.unwound(i)) * plant.speed(i) : plant.rate[i];
+        const T speed =
+            plant.stretches(i) ? -plant.chain(i).per_turn(plant.unwound(i)) * plant.speed(i) : plant.rate[i];
         plant.at_winch[i] = friction_at(plant, i, speed);
     }
 }

@@ -9,6 +9,7 @@ import numpy as np
 
 from cdpr.base.errors import Diverged, LimitViolation, PluginError
 from cdpr.cables import bends
+from cdpr.cables.drums import emptied
 from cdpr.log.layout import Layout
 from cdpr.log.limit_violations import beyond
 from cdpr.mechanics.energy import energy
@@ -218,6 +219,8 @@ class Sample:
 
             if text := too_loose(robot, state[:3], state[3:7], self._parts.backend.gravity, command):
                 raise Diverged(text)
+        if self.layout.has("motors") and (text := emptied(robot, self.view("length"))):
+            raise Diverged(text)
         values = ", ".join(f"{value:.4g}" for value in self.view("cable_tension"))
         raise Diverged(f"the backend's cable tensions are not finite: [{values}]")
 

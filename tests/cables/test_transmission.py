@@ -9,7 +9,7 @@ import pytest
 from log_cases import same_bits
 
 import cdpr
-from cdpr.base.errors import CdprError, ScenarioError
+from cdpr.base.errors import CdprError, ScenarioError, SimulationStopped
 from cdpr.cables.drums import drum_motion, unwound_lengths
 from cdpr.cables.tables import home_lengths
 from cdpr.model.cable import Winch
@@ -165,6 +165,13 @@ def test_engines_agree_with_the_reference(backend):
     assert np.abs(ours["drum_angle"] - theirs["drum_angle"]).max() < 1e-9
 
 
+def test_the_exported_robot_has_the_same_drums():
+    scenario = camera(winch=DRUM | GROWN | {"efficiency": 0.8}, **{"simulation.duration": 0.1})
+    ours, theirs = (cdpr.simulate(scenario, backend=each) for each in ("reference", "fmu"))
+    for name in ("position", "drum_angle", "drum_speed", "motor_torque", "motor_power"):
+        np.testing.assert_allclose(theirs[name], ours[name], rtol=1e-9, atol=1e-9, err_msg=name)
+
+
 def test_equilibria_of_drum_angles():
     robot = robot_with(**GROWN)
     lengths = np.linalg.norm(ANCHORS - GOAL, axis=1)
@@ -175,6 +182,12 @@ def test_equilibria_of_drum_angles():
     np.testing.assert_allclose(by_angle.pose, by_length.pose, atol=1e-9)
     with pytest.raises(CdprError, match="at -1e\\+06 rad the drum is empty"):
         cdpr.equilibrium(robot, drum_angles=[-1e6] * 4)
+
+
+@pytest.mark.parametrize("model", ["elastic", "rigid"])
+def test_an_empty_drum_ends_the_run_with_its_name(model):
+    with pytest.raises(SimulationStopped, match=r"cable 'cable_1': its drum is empty at a length of"):
+        cdpr.simulate(camera(model, DRUM | {"drum_growth": 4e-3}))
 
 
 def test_impossible_numbers_are_rejected():
