@@ -125,6 +125,10 @@ class FmuBackend(Backend):
             return super().winch_readings(unwound, unwinding, torque)
         return [partial(self._winched.read, unwound, unwinding, torque)]
 
+    def drum_readings(self, angle: Array, speed: Array, torque: Array, power: Array) -> Operations:
+        """Return the operation that reads drums and motors."""
+        return [] if self._winched is None else [partial(self._winched.read_drums, angle, speed, torque, power)]
+
     def bent_readings(self, unstretched: Array, bending: Array) -> Operations | None:
         """Return the operation that reads cables which sag."""
         return None if self._winched is None else [partial(self._winched.read_bending, unstretched, bending)]

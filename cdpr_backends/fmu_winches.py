@@ -8,11 +8,13 @@ import numpy as np
 
 from cdpr.base.errors import FmuError
 from cdpr.cables import LENGTH, RATE, TENSION, bends, chain_of, commands_of, takes_lengths
+from cdpr.cables.drums import drum_table
 from cdpr.fmu.run.exchange import reader, writer
 from cdpr.fmu.run.parameters import Known
 from cdpr.fmu.run.running import RunningFmu
 from cdpr.model import Robot
 from cdpr.model.robot import Array
+from cdpr.native.bind import bind
 
 INITIAL_LENGTH = "initial_unstretched_length"  # parameter
 
@@ -61,6 +63,10 @@ class FmuWinches:
             )
             if name in outputs.ports
         ]
+        self._knows_drums = {"unstretched_length", "unstretched_rate"} <= set(outputs.ports)
+        self._turned = {name: np.zeros((1, m)) for name in ("angle", "per_turn", "speed", "turning", "load")}
+        given = {"unwound": self._unwound[None], "rate": self._unwinding[None], "acceleration": np.zeros((1, m))}
+        self._turn = bind("drum_motions", drums=drum_table(robot), **given, **self._turned)
         self._begun = np.zeros(1)
         self.highest = np.zeros(m)
         self.arrays = self._begun, self.highest
@@ -103,6 +109,15 @@ class FmuWinches:
         self._get()
         unwound[:] = self._unwound if self._begun[0] else np.nan
         unwinding[:], torque[:] = self._unwinding, self._torque
+
+    def read_drums(self, angle: Array, speed: Array, torque: Array, power: Array) -> None:
+        """Write angles and speeds of the drums, torques and powers of the motors; NaN if the FMU lacks outputs."""
+        if not self._knows_drums:
+            return
+        self._get()
+        self._turn()
+        angle[:], speed[:] = self._turned["angle"][0], self._turned["speed"][0]
+        torque[:], power[:] = self._torque, self._torque * speed
 
     def read_bending(self, unstretched: Array, bending: Array) -> None:
         """Write unstretched lengths, and the wrench of bending."""

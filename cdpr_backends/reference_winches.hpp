@@ -58,7 +58,7 @@ inline void write_slopes(const Plant<T>& plant, PlatformDynamics<T>& dynamics, c
         const bool stretches = plant.stretches(i);
         write_own_slopes(plant, i, slopes.own(i, stretches));
         if (!stretches) continue;
-        slopes.unwound(i) = -plant.chain(i).per_turn() * plant.speed(i);
+        slopes.unwound(i) = -plant.chain(i).per_turn(plant.unwound(i)) * plant.speed(i);
         slopes.speed(i) = winch_acceleration(plant, i);
     }
 }

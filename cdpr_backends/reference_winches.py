@@ -73,6 +73,10 @@ class WinchReference(Integrator):
         """Return the operation that writes the tensions at the winches."""
         return self.winches.winch_tensions(tension)
 
+    def drum_readings(self, angle: Array, speed: Array, torque: Array, power: Array) -> Operations:
+        """Return the operation that writes the motion of the drums."""
+        return self.winches.drum_readings(angle, speed, torque, power)
+
     def bent_readings(self, unstretched: Array, bending: Array) -> Operations | None:
         """Return the operations that read cables which sag."""
         return self.winches.bent_readings(unstretched, bending)

@@ -9,7 +9,7 @@ namespace cdpr::CDPR_TARGET {
 
 struct InverseKinematics {
     Holding holding;
-    const double* chains;   // (m, 27), chain.hpp
+    const double* chains;   // (m, 33), chain.hpp
     const int64_t* takes;   // (m), a CommandKind: the quantity that each winch takes
     const double* desired;  // (19): position, m; quaternion; velocity, m/s; angular velocity, rad/s; accelerations
     double* command;        // (m), N, m or m/s
@@ -19,7 +19,7 @@ struct InverseKinematics {
     int64_t compensates;    // 1: the lengths are those of cables that hold the weight; 0: that have the pretension
     static constexpr auto fields = extended(
         Holding::fields.text,
-        "chains(m, 27), takes(m), desired(19), command(m), work wanted(2, m), work moving(6, m), work beside(6), "
+        "chains(m, 33), takes(m), desired(19), command(m), work wanted(2, m), work moving(6, m), work beside(6), "
         "compensates");
 
     SeenCables cables() const {

@@ -241,7 +241,13 @@ LOADED: tuple[Column, ...] = (
 DRUMS: tuple[Column, ...] = (
     Column("winch_command", CABLES, "", f"Command of each winch: tension, N, length, m, or rate, m/s; {_HELD}"),
     Column("unstretched_rate", CABLES, "m/s", "Rate of `unstretched_length`"),
+)
+# Winches that turn.
+MOTORS: tuple[Column, ...] = (
+    Column("drum_angle", CABLES, "rad", "Angle of the drum, positive after winding in; 0 at the home pose"),
+    Column("drum_speed", CABLES, "rad/s", "Speed of the drum, positive when winding in"),
     Column("motor_torque", CABLES, "N m", "Torque of the motor about the drum's axis; NaN for an ideal drive"),
+    Column("motor_power", CABLES, "W", "Mechanical power of the motor, `motor_torque` times `drum_speed`"),
 )
 # Drives that apply the commands of winches imperfectly.
 DRIVEN: tuple[Column, ...] = (
@@ -251,7 +257,7 @@ DRIVEN: tuple[Column, ...] = (
 )
 # Columns that are NaN for cables without limits, and infinite without a limit on one side, such as after a power cut. A
 # non-finite value in any other column ends a run as diverged.
-NEED_NOT_BE_FINITE = frozenset({"margin", "true_margin", "motor_torque"})
+NEED_NOT_BE_FINITE = frozenset({"margin", "true_margin", *(column.name for column in MOTORS)})
 # Additional columns of this version; a new column is a line here. Its values are NaN until written.
 LATER: tuple[Column, ...] = ()
 
@@ -279,6 +285,7 @@ GROUPS: dict[str, ColumnGroup] = {
     "winched": ColumnGroup(WINCHED, "cables or drives are not ideal, or cables lose tension on a pulley"),
     "friction": ColumnGroup(FRICTION, "a pulley has friction"),
     "drums": ColumnGroup(DRUMS, "a winch takes a length or a rate"),
+    "motors": ColumnGroup(MOTORS, "a cable has a winch with a drum"),
     "unstretched": ColumnGroup(UNSTRETCHED, "a cable sags, or a winch takes a length or a rate"),
     "sagging": ColumnGroup(SAGGING, "a cable sags (`cable.model: catenary`)"),
     "later": ColumnGroup(LATER, ""),

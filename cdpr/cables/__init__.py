@@ -96,8 +96,8 @@ NUMBERS = declared(
     (DIAMETER, *(number for chain in MODELS.values() for number in chain.span.numbers), LINEAR_DENSITY)
 ) | declared(
     (
-        *(number for chain in MODELS.values() for number in chain.winch.numbers),
-        *(number for pair in WINCH_TYPES.values() for part in pair for number in part.numbers),
+        *(number for chain in MODELS.values() for number in chain.winch.accepted),
+        *(number for pair in WINCH_TYPES.values() for part in pair for number in part.accepted),
     )
 )
 
@@ -177,6 +177,11 @@ def commands_of(robot: Robot) -> list[str]:
 def takes_lengths(robot: Robot) -> bool:
     """Return True if the winch of some cable takes a length or a rate as its command."""
     return any(each != "tension" for each in commands_of(robot))
+
+
+def turns(robot: Robot) -> bool:
+    """Return True if some cable is on a winch that turns."""
+    return any(chain_of(robot, cable).winch.states for cable in robot.cables)
 
 
 def names_of_winch_types() -> list[str]:

@@ -7,7 +7,7 @@ namespace cdpr::CDPR_TARGET {
 
 // Forces and tensions of cables with given unwound lengths.
 template <class T> struct BentCables {
-    const T* chains;          // (m, 27), chain.hpp
+    const T* chains;          // (m, 33), chain.hpp
     const T* gravity;         // (3), m/s^2
     const T* chord;           // (m, 3), m, from the platform to the exit, world axes
     const T* exit_to_anchor;  // (m, 3), m, over the exit
@@ -18,7 +18,7 @@ template <class T> struct BentCables {
     T* tension;               // (m), N, at the winch
     int64_t m;
     static constexpr char fields[] =
-        "chains(m, 27), gravity(3), chord(m, 3), exit_to_anchor(m, 3), wrapped_length(m), unwound(m), stretching(m), "
+        "chains(m, 33), gravity(3), chord(m, 3), exit_to_anchor(m, 3), wrapped_length(m), unwound(m), stretching(m), "
         "force(m, 3), tension(m), m";
 };
 
@@ -37,7 +37,7 @@ template <class T> inline int bent_cables(BentCables<T>& cables) {
 
 // Unwound lengths of cables with given tensions at their winches.
 template <class T> struct BentLengths {
-    const T* chains;          // (m, 27)
+    const T* chains;          // (m, 33)
     const T* gravity;         // (3), m/s^2
     const T* chord;           // (m, 3), m
     const T* exit_to_anchor;  // (m, 3), m
@@ -46,7 +46,7 @@ template <class T> struct BentLengths {
     T* unwound;               // (m), m
     int64_t m;
     static constexpr char fields[] =
-        "chains(m, 27), gravity(3), chord(m, 3), exit_to_anchor(m, 3), wrapped_length(m), tension(m), unwound(m), m";
+        "chains(m, 33), gravity(3), chord(m, 3), exit_to_anchor(m, 3), wrapped_length(m), tension(m), unwound(m), m";
 };
 
 template <class T> inline int bent_lengths(BentLengths<T>& cables) {

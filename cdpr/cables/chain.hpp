@@ -2,16 +2,19 @@
 //
 // A cable consists of a winch, an exit and a span (`cdpr.cables`). A row of `chains` holds: kinds of winch and span
 // (parts.hpp); the lowest tension, N: 0, or minus infinity for a leg that pushes; twelve numbers of the winch, the
-// first of which is cable per unit of the winch's coordinate, m/rad; twelve numbers of the span.
+// first of which is cable per unit of the winch's coordinate at the home pose, m/rad; six numbers of the transmission
+// (transmission.hpp); twelve numbers of the span.
 #pragma once
 
 #include <cdpr/cables/parts.hpp>
+#include <cdpr/cables/transmission.hpp>
 #include <cdpr/field.hpp>
 
 namespace cdpr::CDPR_TARGET {
 
 template <class T> struct ChainRow {
-    static constexpr int WINCH_KIND = 0, SPAN_KIND = 1, LOWEST = 2, WINCH = 3, SPAN = 15, WIDTH = 27;
+    static constexpr int WINCH_KIND = 0, SPAN_KIND = 1, LOWEST = 2, WINCH = 3, TRANSMISSION = 15, SPAN = 21, WIDTH = 33;
+    static constexpr int NUMBERS = TRANSMISSION - WINCH;  // of a winch
 
     const T* row;
 
@@ -19,9 +22,42 @@ template <class T> struct ChainRow {
     CDPR_INLINE T span_kind() const { return row[SPAN_KIND]; }
     CDPR_INLINE bool stretches() const { return !is(span_kind(), INEXTENSIBLE); }
     CDPR_INLINE T lowest() const { return row[LOWEST]; }
-    CDPR_INLINE T per_turn() const { return row[WINCH]; }
-    CDPR_INLINE const T* winch() const { return row + WINCH; }
+    CDPR_INLINE const T* transmission() const { return row + TRANSMISSION; }
     CDPR_INLINE const T* span() const { return row + SPAN; }
+
+    // Return the cable per unit of the winch's coordinate, m/rad, with an unwound length, m; 0 without a winch.
+    CDPR_INLINE T per_turn(T unwound) const {
+        if (!Transmission::converts(transmission())) return row[WINCH];
+        return Transmission::per_turn(transmission(), row[WINCH], unwound);
+    }
+
+    // Return the angle of the drum with an unwound length, m: 0 at the home pose, rad.
+    CDPR_INLINE T angle(T unwound) const { return Transmission::angle(transmission(), row[WINCH], unwound); }
+
+    // Return the numbers of the winch with an unwound length, m. `present` (NUMBERS) holds them if they depend on that.
+    CDPR_INLINE const T* winch(T unwound, T* present) const {
+        if (!Transmission::converts(transmission())) return row + WINCH;
+        present[0] = per_turn(unwound);
+        for (int j = 1; j < NUMBERS; j++) present[j] = row[WINCH + j];
+        return present;
+    }
+
+    // Return the tension that a winch with an ideal transmission needs to move a cable with this tension, N.
+    CDPR_INLINE T load(T tension, T speed) const { return tension * Transmission::load(transmission(), speed); }
+
+    // Return tension and mass of a winch whose cable does not stretch; `own` are the winch's own state numbers. The
+    // cable has this length, m, and rate, m/s, and this acceleration, m/s^2, for a platform without acceleration.
+    CDPR_INLINE WinchTension<T> held(const T* own, T command, T length, T rate, T acceleration) const {
+        if (is(winch_kind(), DIRECT)) return Direct::held(row + WINCH, command, rate, acceleration);
+        T present[NUMBERS];
+        const T *numbers = winch(length, present), *line = transmission(), turned = numbers[0];
+        if (any(line[Transmission::GROWTH] != T(0.0)))  // a drum that becomes smaller turns faster
+            acceleration = acceleration + Transmission::quickening(line, turned) * rate * rate;
+        const WinchTension<T> found = cdpr::held(winch_kind(), numbers, own, command, rate, acceleration);
+        if (!any(line[Transmission::EFFICIENCY] != T(1.0))) return found;
+        const T load = Transmission::load(line, -rate / turned);
+        return {found.tension / load, found.mass / load};
+    }
 };
 
 template <class T> CDPR_INLINE ChainRow<T> chain_row(const T* chains, int64_t i) {
@@ -61,7 +97,7 @@ template <class T> struct WinchStates {
 
 // Tensions of all cables.
 template <class T> struct ChainTensions {
-    const T* chains;               // (m, 27)
+    const T* chains;               // (m, 33)
     const T* command;              // (m), N: static tension of the winch
     const T* length;               // (m), m, between winch and platform
     const T* rate;                 // (m), m/s, rate of the length
@@ -78,11 +114,11 @@ template <class T> inline int chain_tensions(ChainTensions<T>& cables) {
         WinchTension<T> own;
         if (row.stretches()) {
             const T unwound = cables.states.unwound(i);
-            const T stretching = cables.rate[i] + row.per_turn() * cables.states.speed(i);
+            const T stretching = cables.rate[i] + row.per_turn(unwound) * cables.states.speed(i);
             own = {pull(row.span_kind(), row.span(), cables.length[i], unwound, stretching, row.lowest()), 0.0};
         } else {
-            own = held(row.winch_kind(), row.winch(), cables.states.own(i, false), cables.command[i], cables.rate[i],
-                       cables.length_acceleration[i]);
+            own = row.held(cables.states.own(i, false), cables.command[i], cables.length[i], cables.rate[i],
+                           cables.length_acceleration[i]);
         }
         cables.tension[i] = own.tension;
         cables.mass[i] = own.mass;
@@ -92,7 +128,7 @@ template <class T> inline int chain_tensions(ChainTensions<T>& cables) {
 
 // Time derivatives of winches with elastic cables.
 template <class T> struct ChainSlopes {
-    const T* chains;   // (m, 27)
+    const T* chains;   // (m, 33)
     const T* command;  // (m), N
     const T* tension;  // (m), N
     WinchStates<T> states;
@@ -105,10 +141,11 @@ template <class T> inline int chain_slopes(ChainSlopes<T>& cables) {
     for (int64_t i = 0; i < cables.m; i++) {
         const ChainRow<T> row = chain_row(cables.chains, i);
         if (!row.stretches()) continue;
-        const T speed = states.speed(i), command = cables.command[i], tension = cables.tension[i];
-        const T *numbers = row.winch(), *own = states.own(i, true);
-        const WinchMotion<T> motion = {numbers, own, command, tension, states.unwound(i), speed};
-        slopes.unwound(i) = -row.per_turn() * speed;
+        const T speed = states.speed(i), unwound = states.unwound(i), load = row.load(cables.tension[i], speed);
+        T present[ChainRow<T>::NUMBERS];
+        const T *numbers = row.winch(unwound, present), *own = states.own(i, true);
+        const WinchMotion<T> motion = {numbers, own, cables.command[i], load, unwound, speed};
+        slopes.unwound(i) = -row.per_turn(unwound) * speed;
         slopes.speed(i) = drum_acceleration(row.winch_kind(), motion);
         own_slopes(row.winch_kind(), motion, slopes.own(i, true), states.own_count(i, true));
     }
@@ -117,7 +154,7 @@ template <class T> inline int chain_slopes(ChainSlopes<T>& cables) {
 
 // Start of winches with elastic cables: each tension is its command, with constant stretch.
 template <class T> struct ChainStart {
-    const T* chains;   // (m, 27)
+    const T* chains;   // (m, 33)
     const T* command;  // (m), N
     const T* length;   // (m), m
     const T* rate;     // (m), m/s
@@ -129,12 +166,13 @@ template <class T> inline int chain_start(ChainStart<T>& cables) {
     for (int64_t i = 0; i < cables.m; i++) {
         const ChainRow<T> row = chain_row(cables.chains, i);
         if (!row.stretches()) continue;
-        const T command = cables.command[i], speed = -cables.rate[i] / row.per_turn();
+        const T command = cables.command[i];
         const T unwound = rest(row.span_kind(), row.span(), cables.length[i], command);
-        T* own = cables.states.own(i, true);
+        const T speed = -cables.rate[i] / row.per_turn(unwound), load = row.load(command, speed);
+        T present[ChainRow<T>::NUMBERS], *own = cables.states.own(i, true);
         cables.states.unwound(i) = unwound;
         cables.states.speed(i) = speed;
-        own_start(row.winch_kind(), {row.winch(), own, command, command, unwound, speed}, own,
+        own_start(row.winch_kind(), {row.winch(unwound, present), own, command, load, unwound, speed}, own,
                   cables.states.own_count(i, true));
     }
     return 0;

@@ -19,7 +19,7 @@ from typing import Any, Literal
 import numpy as np
 
 from cdpr.base.errors import CdprError
-from cdpr.base.fields import NonNegative, Positive, Section
+from cdpr.base.fields import AtLeastOne, Efficiency, NonNegative, Positive, Section
 from cdpr.base.needs import Needs
 from cdpr.base.problems import short_repr
 from cdpr.base.units import known_unit
@@ -90,7 +90,7 @@ class Number:
     @property
     def positive(self) -> bool:
         """True if it must be greater than 0."""
-        return self.kind is Positive
+        return self.kind in (Positive, Efficiency, AtLeastOne)
 
     @property
     def unit_of_fmu(self) -> str:
@@ -181,11 +181,15 @@ class Winch(Part):
     slope)` writes their time derivatives. `motion` is a `WinchMotion`. The check of the physics step does not include
     them, and is omitted for winches without the numbers `drum_radius` and `inertia` (`cdpr.mechanics.stability`).
 
+    A winch that turns may accept the numbers of `cdpr.cables.transmission`. Its kernel then needs nothing more: its
+    first number is the present cable per unit of its coordinate, and tensions and masses include the losses.
+
     Attributes:
         command: quantity that its kernel takes as its command: a tension, N, the unwound length, m, or its rate, m/s.
             A length or a rate requires a span that stretches.
         immediate: True if its tension always equals the command.
         states: number of its states, at most MOST_STATES: 0, or COORDINATE and the number of its own.
+        transmission: accepted numbers of `cdpr.cables.transmission`.
 
     Raises:
         CdprError: for another number of states, or an immediate winch with states.
@@ -194,6 +198,12 @@ class Winch(Part):
     command: Literal["tension", "length", "rate"] = "tension"
     immediate: bool = False
     states: int = 0
+    transmission: tuple[Number, ...] = ()
+
+    @property
+    def accepted(self) -> tuple[Number, ...]:
+        """Numbers of the winch and its transmission."""
+        return (*self.numbers, *self.transmission)
 
     def __post_init__(self) -> None:
         """Raise CdprError for numbers or states that the kernels do not support."""
@@ -265,8 +275,8 @@ class Chain:
 
     @property
     def numbers(self) -> tuple[Number, ...]:
-        """Numbers of winch and span."""
-        return (*self.winch.numbers, *self.span.numbers)
+        """Numbers of winch, transmission and span."""
+        return (*self.winch.accepted, *self.span.numbers)
 
     @property
     def states(self) -> int:

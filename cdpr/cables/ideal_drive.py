@@ -9,10 +9,12 @@ from __future__ import annotations
 from cdpr.base.needs import of_length_winch
 from cdpr.cables.chain import COORDINATE, Winch
 from cdpr.cables.drum import RADIUS
+from cdpr.cables.transmission import GEOMETRY
 
 IDEAL_DRIVE = Winch(
     header="cdpr/cables/ideal_drive.hpp",
     numbers=(RADIUS,),
+    transmission=GEOMETRY,
     without={RADIUS.name: 1.0},  # m: without a drum the coordinate is a length
     command="rate",
     states=COORDINATE,

@@ -22,6 +22,7 @@ from cdpr.base.fields import NonNegative, Positive
 from cdpr.base.needs import of_length_winch
 from cdpr.cables.chain import COORDINATE, Number, Winch
 from cdpr.cables.drum import NUMBERS as DRUM_NUMBERS
+from cdpr.cables.transmission import TRANSMISSION
 
 OWN_STATES = 2  # integral of the velocity loop, and torque
 
@@ -40,6 +41,7 @@ SERVO = "cdpr/cables/servo.hpp"
 POSITION_SERVO = Winch(
     header=SERVO,
     numbers=(*DRUM_NUMBERS, *LOOPS),
+    transmission=TRANSMISSION,
     command="length",
     states=COORDINATE + OWN_STATES,
     needs=of_length_winch(),
@@ -47,6 +49,7 @@ POSITION_SERVO = Winch(
 VELOCITY_SERVO = Winch(
     header=SERVO,
     numbers=(*DRUM_NUMBERS, *LOOPS),
+    transmission=TRANSMISSION,
     command="rate",
     states=COORDINATE + OWN_STATES,
     needs=of_length_winch(),

@@ -14,9 +14,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from cdpr.base.errors import CdprError
 from cdpr.cables import EXITS, LENGTH, MODELS, RATE, TENSION, WINCH_TYPES, chain_of, commands_of
-from cdpr.cables.chain import MOST, Part, Span, Winch
+from cdpr.cables.chain import MOST, Number, Part, Span, Winch
+from cdpr.cables.drum import RADIUS
+from cdpr.cables.transmission import COULOMB_SPEED, EFFICIENCY, GROWTH, KERNEL
 from cdpr.model import Cable, Robot
+from cdpr.model.home import home_pose
 from cdpr.model.robot import Array, CableExit, frozen_array
+from cdpr.model.rotations import matrix
 from cdpr.native.arrays import real
 from cdpr.native.bind import bind
 
@@ -25,8 +29,12 @@ WINCHES: tuple[Winch, ...] = tuple(
         (*(chain.winch for chain in MODELS.values()), *(part for pair in WINCH_TYPES.values() for part in pair))
     )
 )
-# Columns of `chain_table`: the first numbers of winch and span, and their number; see `cdpr/cables/chain.hpp`.
-WINCH, SPAN, CHAIN_WIDTH = 3, 3 + MOST, 3 + 2 * MOST
+# Columns of `chain_table`: the first numbers of winch, transmission and span, and their number; see
+# `cdpr/cables/chain.hpp`. The first number of a winch is the cable per unit of its coordinate at the home pose.
+WINCH, TRANSMISSION = 3, 3 + MOST
+HOME = TRANSMISSION + len(KERNEL)
+SPAN = HOME + 1
+CHAIN_WIDTH = SPAN + MOST
 KINDS_OF_COMMANDS = (TENSION, LENGTH, RATE)  # in the order of `CommandKind`, parts.hpp
 SPANS: tuple[Span, ...] = tuple(dict.fromkeys(chain.span for chain in MODELS.values()))
 
@@ -73,7 +81,7 @@ def chain_table(robot: Robot) -> Array:
         robot: the robot.
 
     Returns:
-        (m, 27), read-only, SI units.
+        (m, 33), read-only, SI units.
 
     Raises:
         CdprError: if a cable lacks a number that its model requires.
@@ -81,15 +89,40 @@ def chain_table(robot: Robot) -> Array:
     Example:
         >>> import cdpr
         >>> chain_table(cdpr.load_robot("caroca_winches")).shape
-        (8, 27)
+        (8, 33)
     """
     lowest = 0.0 if robot.unilateral else -math.inf
     rows = []
-    for cable in robot.cables:
+    for cable, home in zip(robot.cables, home_lengths(robot).tolist(), strict=True):
         chain = chain_of(robot, cable)
         kinds = [float(_kind(WINCHES, chain.winch)), float(_kind(SPANS, chain.span))]
-        rows.append([*kinds, lowest, *_numbers(chain.winch, cable), *_numbers(chain.span, cable)])
+        transmission = [*transmission_numbers(cable, chain.winch.transmission, robot.unilateral), home]
+        rows.append([*kinds, lowest, *_numbers(chain.winch, cable), *transmission, *_numbers(chain.span, cable)])
     return frozen_array(rows)
+
+
+def home_lengths(robot: Robot) -> Array:
+    """Return the lengths of the cables' paths at the home pose, (m,), m; NaN if no cable leads there."""
+    home, _ = home_pose(robot)
+    tips = home[:3] + robot.anchors[:, 3:] @ matrix(home[3:]).T
+    point, _, wrapped_length = exits(line_table(robot), tips)
+    return np.asarray(np.linalg.norm(point - tips, axis=1) + wrapped_length)
+
+
+def transmission_numbers(cable: Cable, accepted: Sequence[Number], unilateral: bool = True) -> list[float]:
+    """Return the numbers of a cable's transmission, as in transmission.hpp; the defaults of numbers not accepted.
+
+    Raises:
+        CdprError: for losses of legs that push, or a drum that grows without a radius.
+    """
+    values = {number: number.of(cable) if number in accepted else number.default or 0.0 for number in KERNEL}
+    if EFFICIENCY in accepted:
+        values[COULOMB_SPEED] = COULOMB_SPEED.of(cable)
+    if values[EFFICIENCY] != 1.0 and not unilateral:
+        raise CdprError(f"cable '{cable.name}': {EFFICIENCY.name}: not supported for rigid legs, which push")
+    if values[GROWTH] != 0.0 and cable.winch is not None and math.isnan(cable.winch.drum_radius):
+        raise CdprError(f"cable '{cable.name}': {GROWTH.name} needs {RADIUS.name}, the radius at the home pose")
+    return list(values.values())
 
 
 def command_kinds(robot: Robot) -> NDArray[np.int64]:

@@ -126,7 +126,10 @@ class Run(Frozen):
     winch_command = Quantity("winch_command")
     unstretched_length = Quantity("unstretched_length")
     unstretched_rate = Quantity("unstretched_rate")
+    drum_angle = Quantity("drum_angle")
+    drum_speed = Quantity("drum_speed")
     motor_torque = Quantity("motor_torque")
+    motor_power = Quantity("motor_power")
     bending_wrench = Quantity("bending_wrench")
     drive_command = Quantity("drive_command")
 

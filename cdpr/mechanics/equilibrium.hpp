@@ -17,7 +17,7 @@ struct Potential {
     static constexpr double SHARE = 1e-5;
 
     const double* lines;     // (m, w), as in Geometry
-    const double* chains;    // (m, 27), as in ChainRow
+    const double* chains;    // (m, 33), as in ChainRow
     const double* inertial;  // (13), `Robot.inertial`
     const double* gravity;   // (3), m/s^2, world
     const double* pose;      // (7): position, m, and quaternion
@@ -40,7 +40,7 @@ struct Potential {
     int64_t m;
     int64_t w;
     static constexpr char fields[] =
-        "lines(m, w >= 6), chains(m, 27), inertial(13), gravity(3), pose(7), spring(m), unwound(m), force(m), "
+        "lines(m, w >= 6), chains(m, 33), inertial(13), gravity(3), pose(7), spring(m), unwound(m), force(m), "
         "penalty(m), energy(1), gradient(6), hessian(6, 6), matrix(6, m), length(m), tension(m), slope(m), shift(m), "
         "response(6, m), "
         "work state(13), work rates(6, 6, m), work spare(m), m, w";
@@ -150,7 +150,7 @@ inline int potential(Potential& at) {
 // Unwound lengths of cables at rest with given tensions at their winches; of cables that do not stretch, their lengths.
 struct RestLengths {
     const double* lines;    // (m, w), as in Geometry
-    const double* chains;   // (m, 27), as in ChainRow
+    const double* chains;   // (m, 33), as in ChainRow
     const double* gravity;  // (3), m/s^2, world
     const double* poses;    // (k, 7): position, m, and quaternion
     const double* tension;  // (k, m), N
@@ -159,7 +159,7 @@ struct RestLengths {
     int64_t m;
     int64_t w;
     static constexpr char fields[] =
-        "lines(m, w >= 6), chains(m, 27), gravity(3), poses(k, 7), tension(k, m), unwound(k, m), k, m, w";
+        "lines(m, w >= 6), chains(m, 33), gravity(3), poses(k, 7), tension(k, m), unwound(k, m), k, m, w";
 };
 
 inline int rest_lengths(RestLengths& held) {

@@ -24,7 +24,7 @@ template <class T> struct CableRun {
 };
 
 template <class T> struct Plant {
-    const T* chains;       // (m, 27), chain.hpp
+    const T* chains;       // (m, 33), chain.hpp
     const T* lines;        // (m, w), w >= 6, geometry.hpp, B_i in the body frame
     const T* offset;       // (7), from the platform's origin to the body's, m, body axes, and the attitude between them
     const T* inertial;     // (13), as of Inertial, body frame
@@ -54,9 +54,9 @@ template <class T> struct Plant {
     int64_t w;
     int64_t s;
     static constexpr char fields[] =
-        "chains(m, 27), lines(m, w >= 6), offset(7), inertial(13), free(6), gravity(3), command(m), external(6), "
+        "chains(m, 33), lines(m, w >= 6), offset(7), inertial(13), free(6), gravity(3), command(m), external(6), "
         "both body(13), both winch(s), both tension(m), both highest(m), both length(m), both cable_work(1), "
-        "both beside(6), both place(7), applied(6), rate(m), matrix(6, m), both at_winch(m), work runs(m, 9), "
+        "both beside(6), both place(7), applied(6), both rate(m), matrix(6, m), both at_winch(m), work runs(m, 9), "
         "work light(m), work mass(m), work pulls(m), kinds(m, 3), places(m + 1), m, w, s";
 
     CDPR_INLINE ChainRow<T> chain(int64_t i) const { return chain_row(chains, i); }
@@ -68,16 +68,23 @@ template <class T> struct Plant {
     CDPR_INLINE T* own(int64_t i) const { return states().own(i, stretches(i)); }
     CDPR_INLINE int64_t own_count(int64_t i) const { return states().own_count(i, stretches(i)); }
 
-    // Return the motion of winch i under a tension, N; that of a cable which does not stretch moves with the cable.
-    CDPR_INLINE WinchMotion<T> motion(int64_t i, T pull) const {
-        const T per_turn = chain(i).per_turn(), *numbers = chain(i).winch();
-        if (stretches(i)) return {numbers, own(i), command[i], pull, unwound(i), speed(i)};
-        const T carried = select(per_turn == T(0.0), T(0.0), -rate[i] / per_turn);
-        return {numbers, own(i), command[i], pull, length[i], carried};
+    // Return the unwound length of cable i, m, and the speed of its winch; a cable that does not stretch moves it.
+    CDPR_INLINE T unwound_or_length(int64_t i) const { return stretches(i) ? unwound(i) : length[i]; }
+    CDPR_INLINE T winch_speed(int64_t i) const {
+        if (stretches(i)) return speed(i);
+        const T per_turn = chain(i).per_turn(length[i]);
+        return select(per_turn == T(0.0), T(0.0), -rate[i] / per_turn);
+    }
+
+    // Return the motion of winch i under a tension of its cable, N. `present` (ChainRow::NUMBERS) is work space.
+    CDPR_INLINE WinchMotion<T> motion(int64_t i, T pull, T* present) const {
+        const T length = unwound_or_length(i), turning = winch_speed(i);
+        const ChainRow<T> row = chain(i);
+        return {row.winch(length, present), own(i), command[i], row.load(pull, turning), length, turning};
     }
 
     // Return the rate of stretch of cable i, m/s.
-    CDPR_INLINE T stretching(int64_t i) const { return rate[i] + chain(i).per_turn() * speed(i); }
+    CDPR_INLINE T stretching(int64_t i) const { return rate[i] + chain(i).per_turn(unwound(i)) * speed(i); }
 
     CDPR_INLINE CableRun<T> run(int64_t i) const {
         const T* numbers = runs + CableRun<T>::COUNT * i;

@@ -6,10 +6,11 @@ import numpy as np
 
 from cdpr.base import tolerances
 from cdpr.base.errors import CdprError
-from cdpr.mechanics.kinematics import UPRIGHT, lengths, make_state, wrench_matrix
+from cdpr.mechanics.kinematics import lengths, make_state, wrench_matrix
 from cdpr.model import rotations
+from cdpr.model.home import home_pose as home_pose
 from cdpr.model.rank import significant
-from cdpr.model.robot import Array, Robot, middle
+from cdpr.model.robot import Array, Robot
 
 # Components of a direction below this share of its largest component are round-off: the rank is determined with
 # RANK_TOLERANCE only.
@@ -71,18 +72,3 @@ def unresisted(W: Array, robot: Robot) -> list[Array]:
     twists[:, 3:] /= robot.characteristic_length
     twists[np.abs(twists) < ROUNDED * np.abs(twists).max(axis=1, keepdims=True, initial=0.0)] = 0.0
     return [twist / np.abs(twist).max() for twist in twists]
-
-
-def home_pose(robot: Robot) -> tuple[Array, str]:
-    """Return the pose (7,) at which a robot is described, and its origin in words.
-
-    It contains the position [m] and the quaternion w, x, y, z. It is the home pose of the robot. Without one, it is
-    upright in the middle of the frame's anchors. If all anchors are at one level, cables cannot lift the platform
-    there, so the pose is lowered by a quarter of the anchors' extent.
-    """
-    if robot.home is not None:
-        return robot.home, "home"
-    A = robot.anchors[:, :3]
-    position = middle(A, robot.dof)
-    where = "below the middle" if position[2] < A[:, 2].mean() else "middle"
-    return np.concatenate([position, UPRIGHT]), f"no home given: {where} of the frame's anchors"

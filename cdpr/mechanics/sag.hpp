@@ -63,7 +63,7 @@ struct SaggingCable {
 // taut. `stiffness` contains the other cables.
 struct SaggingStiffness {
     const double* lines;    // (m, w), as in Geometry
-    const double* chains;   // (m, 27), as in ChainRow
+    const double* chains;   // (m, 33), as in ChainRow
     const double* gravity;  // (3), m/s^2, world
     const double* poses;    // (k, 7): position, m, and quaternion
     const double* tension;  // (k, m), N
@@ -72,7 +72,7 @@ struct SaggingStiffness {
     int64_t m;
     int64_t w;
     static constexpr char fields[] =
-        "lines(m, w >= 6), chains(m, 27), gravity(3), poses(k, 7), tension(k, m), both stiffness(k, 6, 6), k, m, w";
+        "lines(m, w >= 6), chains(m, 33), gravity(3), poses(k, 7), tension(k, m), both stiffness(k, 6, 6), k, m, w";
 };
 
 inline int sagging_stiffness(SaggingStiffness& held) {
@@ -95,7 +95,7 @@ inline int sagging_stiffness(SaggingStiffness& held) {
 // Wrench of cables that sag minus that of their tensions along their chords, about the platform's origin.
 struct SaggingWrench {
     const double* lines;    // (m, w), as in Geometry
-    const double* chains;   // (m, 27), as in ChainRow
+    const double* chains;   // (m, 33), as in ChainRow
     const double* gravity;  // (3), m/s^2, world
     const double* poses;    // (k, 7): position, m, and quaternion
     const double* tension;  // (k, m), N, at the winches, of taut cables
@@ -104,7 +104,7 @@ struct SaggingWrench {
     int64_t m;
     int64_t w;
     static constexpr char fields[] =
-        "lines(m, w >= 6), chains(m, 27), gravity(3), poses(k, 7), tension(k, m), wrench(k, 6), k, m, w";
+        "lines(m, w >= 6), chains(m, 33), gravity(3), poses(k, 7), tension(k, m), wrench(k, 6), k, m, w";
 };
 
 inline int sagging_wrench(SaggingWrench& held) {

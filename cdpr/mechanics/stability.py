@@ -9,8 +9,8 @@ The unstretched length of an ideal drive does not depend on the motion, and is n
 (kv kp + ki) / r^2 to the stiffness and kv / r^2 to the damping of its unstretched length (`cdpr.cables.servo`; the
 slow part ki kp of the integral is neglected). A pulley with friction damps its drum, or the platform if the cable does
 not stretch, in proportion to the tension; that is estimated by the least squares that carry the weight, and at least
-the lower limit. Other own states of winches are not included: a motor with a lag is taken
-to hold its torque.
+the lower limit. Losses of a transmission count as at rest under the lower limit. Other own states of winches are not
+included: a motor with a lag is taken to hold its torque.
 """
 
 from __future__ import annotations
@@ -22,8 +22,10 @@ import numpy as np
 
 from cdpr.cables import chain_of, rubs
 from cdpr.cables.chain import Chain, Winch
+from cdpr.cables.drums import drum_motion
 from cdpr.cables.ideal_drive import IDEAL_DRIVE
 from cdpr.cables.servo import POSITION_SERVO, VELOCITY_SERVO
+from cdpr.cables.transmission import COULOMB_SPEED, EFFICIENCY
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.kinematics import STILL, lengths, wrench_matrix
 from cdpr.model import Cable, Robot, rotations
@@ -125,18 +127,23 @@ def oscillator(robot: Robot, state: Array) -> Oscillator:
     columns = [required_wrench(robot, still, STILL, e[:3], e[3:]) for e in np.eye(6)[rows]]
     mass = np.array(columns).T[rows]
     chains = [chain_of(robot, cable) for cable in robot.cables]
+    per_turn = drum_motion(robot, length[None], np.zeros((1, robot.m)), np.zeros((1, robot.m))).per_turn[0]
     drums, losses, gains = np.zeros(robot.m), np.zeros(robot.m), np.zeros(robot.m)
     for i, (cable, chain) in enumerate(zip(robot.cables, chains, strict=True)):
         winch = cable.winch
         if winch is not None and not chain.immediate and chain.winch is not IDEAL_DRIVE:
-            drums[i] = winch.inertia / winch.drum_radius**2
+            radius = per_turn[i]
+            drums[i] = winch.inertia / radius**2
             gain, loss = _loops(chain, cable)
             keys = _keys(chain.winch)
             if "viscous_friction" in keys:
                 loss += winch.viscous_friction
             if {"coulomb_friction", "coulomb_speed"} <= keys:
                 loss += winch.coulomb_friction / winch.coulomb_speed
-            losses[i], gains[i] = loss / winch.drum_radius**2, gain / winch.drum_radius**2
+            if EFFICIENCY in chain.winch.transmission and (efficiency := EFFICIENCY.of(cable)) < 1.0:
+                share = 2.0 * (1.0 - efficiency) / (1.0 + efficiency)
+                loss += share * radius * cable.tension_min / COULOMB_SPEED.of(cable)
+            losses[i], gains[i] = loss / radius**2, gain / radius**2
     losses += _losses_on_exits(robot, state, still, W)
     springs = np.array([chain.stretches for chain in chains])
     own = springs & [chain.winch is not IDEAL_DRIVE for chain in chains]  # drums with their own coordinates

@@ -14,7 +14,8 @@ template <class T> CDPR_INLINE T friction_at(const Plant<T>& plant, int64_t i, T
 template <class T> inline void write_friction(Plant<T>& plant) {
     for (int64_t i = 0; i < plant.m; i++) {
         if (!plant.rubs(i)) continue;
-        const T speed = plant.stretches(i) ? -plant.chain(i).per_turn() * plant.speed(i) : plant.rate[i];
+        const T speed =
+            plant.stretches(i) ? -plant.chain(i).per_turn(plant.unwound(i)) * plant.speed(i) : plant.rate[i];
         plant.at_winch[i] = friction_at(plant, i, speed);
     }
 }
@@ -29,7 +30,7 @@ template <class T> inline void start_stretching_cable(Plant<T>& plant, Truth<T> 
         const T tension = plant.rubs(i) ? command / friction_at(plant, i, plant.rate[i]) : command;
         unwound = unwound_length(row, plant.bent_span(i), plant.length[i], tension);
     }
-    const T speed = -plant.rate[i] / row.per_turn();
+    const T speed = -plant.rate[i] / row.per_turn(unwound);
     plant.unwound(i) = select(fresh, unwound, plant.unwound(i));
     plant.speed(i) = select(fresh, speed, plant.speed(i));
 }
@@ -47,8 +48,8 @@ template <class T> inline void start_winches(Plant<T>& plant, Truth<T> fresh) {
     for (int64_t i = 0; i < plant.m; i++) {
         if (plant.stretches(i)) start_stretching_cable(plant, fresh, i);
         const int64_t count = plant.own_count(i);
-        T start[MOST_STATES], *own = plant.own(i);
-        own_start(plant.chain(i).winch_kind(), plant.motion(i, start_tension(plant, i)), start, count);
+        T start[MOST_STATES], present[ChainRow<T>::NUMBERS], *own = plant.own(i);
+        own_start(plant.chain(i).winch_kind(), plant.motion(i, start_tension(plant, i), present), start, count);
         for (int64_t j = 0; j < count; j++) own[j] = select(fresh, start[j], own[j]);
     }
 }
@@ -77,7 +78,9 @@ template <class T> inline void prescribe_speeds(Plant<T>& plant, Truth<T> fresh)
     for (int64_t i = 0; i < plant.m; i++) {
         const ChainRow<T> row = plant.chain(i);
         if (!plant.stretches(i) || !prescribes_speed(row.winch_kind())) continue;
-        plant.speed(i) = select(fresh, plant.speed(i), prescribed_speed(row.winch(), plant.command[i]));
+        T present[ChainRow<T>::NUMBERS];
+        const T speed = prescribed_speed(row.winch(plant.unwound(i), present), plant.command[i]);
+        plant.speed(i) = select(fresh, plant.speed(i), speed);
     }
 }
 
@@ -88,8 +91,8 @@ template <class T, class Anchors> inline bool write_light_tensions(Plant<T>& pla
         const ChainRow<T> row = plant.chain(i);
         WinchTension<T> own = {0.0, 0.0};
         if (!plant.stretches(i)) {
-            own = held(row.winch_kind(), row.winch(), plant.own(i), plant.command[i], plant.rate[i],
-                       is_heavy(row.winch_kind()) ? length_acceleration(plant, anchors, i) : T(0.0));
+            own = row.held(plant.own(i), plant.command[i], plant.length[i], plant.rate[i],
+                           is_heavy(row.winch_kind()) ? length_acceleration(plant, anchors, i) : T(0.0));
             if (plant.rubs(i)) own = {own.tension / plant.at_winch[i], own.mass / plant.at_winch[i]};
         } else if (!bends(row.span_kind())) {
             own.tension =
@@ -166,12 +169,15 @@ template <class T, class Anchors> inline void settle(Plant<T>& plant, PlatformDy
 
 // Return the acceleration of winch i under the tension of its cable.
 template <class T> CDPR_INLINE T winch_acceleration(const Plant<T>& plant, int64_t i) {
-    return drum_acceleration(plant.chain(i).winch_kind(), plant.motion(i, plant.tension_at_winch(i)));
+    T present[ChainRow<T>::NUMBERS];
+    return drum_acceleration(plant.chain(i).winch_kind(), plant.motion(i, plant.tension_at_winch(i), present));
 }
 
 // Write the time derivatives of the own states of winch i under the tension of its cable.
 template <class T> CDPR_INLINE void write_own_slopes(const Plant<T>& plant, int64_t i, T* slope) {
-    own_slopes(plant.chain(i).winch_kind(), plant.motion(i, plant.tension_at_winch(i)), slope, plant.own_count(i));
+    T present[ChainRow<T>::NUMBERS];
+    const WinchMotion<T> motion = plant.motion(i, plant.tension_at_winch(i), present);
+    own_slopes(plant.chain(i).winch_kind(), motion, slope, plant.own_count(i));
 }
 
 // Unwound lengths, speeds and torques of winches at the last settled `body`.
@@ -186,9 +192,10 @@ struct WinchReading {
 inline int read_winches(WinchReading& p) {
     const Plant<double>& plant = p.plant;
     for (int64_t i = 0; i < plant.m; i++) {
-        const WinchMotion<double> motion = plant.motion(i, plant.tension_at_winch(i));
+        double present[ChainRow<double>::NUMBERS];
+        const WinchMotion<double> motion = plant.motion(i, plant.tension_at_winch(i), present);
         p.unwound[i] = motion.unwound;
-        p.unwinding[i] = -plant.chain(i).per_turn() * motion.speed;
+        p.unwinding[i] = -motion.numbers[0] * motion.speed;
         p.torque[i] = motor_torque(plant.chain(i).winch_kind(), motion);
     }
     return 0;
@@ -203,6 +210,31 @@ template <class T> struct ExitReading {
 
 template <class T> inline int read_winch_tensions(ExitReading<T>& p) {
     for (int64_t i = 0; i < p.plant.m; i++) p.pulled[i] = p.plant.tension_at_winch(i);
+    return 0;
+}
+
+// Drums at the last settled `body`; NaN for cables without one.
+template <class T> struct DrumReading {
+    Plant<T> plant;
+    T* angle;   // (m), rad, 0 at the home pose
+    T* speed;   // (m), rad/s
+    T* torque;  // (m), N m, of the motor about the drum's axis; NaN for an ideal drive
+    T* power;   // (m), W, of that torque
+    static constexpr auto fields = extended(Plant<T>::fields, "angle(m), speed(m), torque(m), power(m)");
+};
+
+template <class T> inline int read_drums(DrumReading<T>& p) {
+    const Plant<T>& plant = p.plant;
+    for (int64_t i = 0; i < plant.m; i++) {
+        const ChainRow<T> row = plant.chain(i);
+        T present[ChainRow<T>::NUMBERS];
+        const WinchMotion<T> motion = plant.motion(i, plant.tension_at_winch(i), present);
+        p.torque[i] = motor_torque(row.winch_kind(), motion);
+        p.power[i] = p.torque[i] * motion.speed;
+        const bool turns = !is(row.winch_kind(), DIRECT);
+        p.speed[i] = turns ? motion.speed : T(NOT_A_NUMBER);
+        p.angle[i] = turns ? row.angle(motion.unwound) : T(NOT_A_NUMBER);
+    }
     return 0;
 }
 
@@ -257,7 +289,7 @@ template <class T, class Anchors> inline int step_winches_with(WinchStep<T>& pro
         for (int64_t j = 0; j < plant.own_count(i); j++) own[j] = own[j] + h * slope[j];
         if (!plant.stretches(i)) continue;
         plant.speed(i) = plant.speed(i) + h * winch_acceleration(plant, i);
-        plant.unwound(i) = plant.unwound(i) - h * plant.chain(i).per_turn() * plant.speed(i);
+        plant.unwound(i) = plant.unwound(i) - h * plant.chain(i).per_turn(plant.unwound(i)) * plant.speed(i);
     }
     return 0;
 }

@@ -9,16 +9,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr.cables import chain_of
-from cdpr.cables.tables import chain_table, places_of_states
+from cdpr.cables.tables import WINCH, chain_table, places_of_states
 from cdpr.mechanics.anchors import PlantAnchors
 from cdpr.mechanics.body_frame import BodyFrame
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 
-# Columns of `chain_table` and `line_table`.
-PER_TURN = 3
-EXIT = 6
+EXIT = 6  # column of `line_table`
 
 
 class Winches:
@@ -30,7 +28,8 @@ class Winches:
         given: arguments of the operations of `plant.hpp` by name.
         free: (6,) 1 for each row of a twist in which the platform moves, 0 if a guide blocks it.
         stretching: indices of the elastic cables.
-        per_turn: (m,) cable length per unit of the winch coordinate [m/rad], 0 without a drum.
+        per_turn: (m,) cable length per unit of the winch coordinate at the home pose without reeving [m/rad], 0
+            without a drum.
         state: (s,) states of the winches, cable by cable (`Chain.states`): of an elastic cable unwound length [m] and
             drum speed [rad/s], then the own states of the winch; NaN before the start.
         places: (m + 1,) index in `state` of the first state of each winch, and s.
@@ -57,7 +56,7 @@ class Winches:
         self.free = np.zeros(6)
         self.free[robot.rows] = 1.0
         self.stretching = np.flatnonzero([chain_of(robot, cable).stretches for cable in robot.cables])
-        self.per_turn = chains[:, PER_TURN]
+        self.per_turn = chains[:, WINCH]
         self.places = places_of_states(robot)
         self.state, self.work = np.full(self.places[-1], np.nan), np.zeros(1)
         self.tension, self.highest = np.zeros(m), np.zeros(m)
@@ -125,6 +124,10 @@ class Winches:
     def winch_tensions(self, tension: Array) -> list[Callable[[], object]]:
         """Return operations that write the tensions at the winches (m,) [N]; they follow those of `readings`."""
         return [bind("read_winch_tensions", **self.given, pulled=tension)]
+
+    def drum_readings(self, angle: Array, speed: Array, torque: Array, power: Array) -> list[Callable[[], object]]:
+        """Return operations that write the state of the drums after `readings`, see `Backend.drum_readings`."""
+        return [bind("read_drums", **self.given, angle=angle, speed=speed, torque=torque, power=power)]
 
     def bent_readings(self, unstretched: Array, bending: Array) -> list[Callable[[], object]]:
         """Return operations that write the unstretched lengths (m,) [m] and the wrench of bending (6,) [N, N m].

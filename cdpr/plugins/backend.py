@@ -287,6 +287,20 @@ class Backend(ABC):
         """
         raise PluginError(f"{type(self).__name__} does not support friction on pulleys")
 
+    def drum_readings(self, angle: Array, speed: Array, torque: Array, power: Array) -> Operations:
+        """Return the operations that write the motion of the drums, after those of `readings`.
+
+        Args:
+            angle: (m,), angle of the drum, rad, 0 at the home pose (`cdpr.cables.transmission`).
+            speed: (m,), its speed, rad/s, positive when winding in.
+            torque: (m,), torque of the motor about the drum's axis, N m.
+            power: (m,), its power, W.
+
+        Returns:
+            The operations, as in `operations`; none, so that the columns are NaN, if the backend does not know them.
+        """
+        return []
+
     def bent_readings(self, unstretched: Array, bending: Array) -> Operations | None:
         """Return the operations that read cables which sag, after those of `readings`.
 

@@ -240,6 +240,10 @@ class RigidBodyBackend(Backend):
         """Return the operation that writes the tensions at the winches."""
         return super().winch_tensions(tension) if self.winches is None else self.winches.winch_tensions(tension)
 
+    def drum_readings(self, angle: Array, speed: Array, torque: Array, power: Array) -> Operations:
+        """Return the operation that writes the motion of the drums; none if cables are ideal."""
+        return [] if self.winches is None else self.winches.drum_readings(angle, speed, torque, power)
+
     def bent_readings(self, unstretched: Array, bending: Array) -> Operations | None:
         """Return the operations that read cables which sag; None if cables are ideal."""
         return None if self.winches is None else self.winches.bent_readings(unstretched, bending)

@@ -17,7 +17,7 @@ def _section_of(owner: str, *, shared: bool) -> type[Section]:
     Numbers that are `shared` may be omitted from both sections; so may numbers that not all kinds of winch need.
     Missing required numbers are reported later.
     """
-    kinds = [{number.name for number in chain.winch.numbers} for chain in MODELS.values() if chain.winch.numbers]
+    kinds = [{number.name for number in chain.winch.accepted} for chain in MODELS.values() if chain.winch.numbers]
     others = [{number.name for number in part.required} for pair in WINCH_TYPES.values() for part in pair]
     fields: dict[str, Any] = {}
     for number in NUMBERS.values():

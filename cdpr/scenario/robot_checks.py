@@ -13,6 +13,8 @@ from cdpr.base import tolerances
 from cdpr.base.files import UnreadableError
 from cdpr.base.problems import Path, shown
 from cdpr.cables import MODELS, TORQUE, WINCH_TYPES, composed
+from cdpr.cables.drum import RADIUS
+from cdpr.cables.transmission import EFFICIENCY, GROWTH
 from cdpr.config.problems import exact
 from cdpr.model.rotations import held_upright, multiply
 from cdpr.scenario.appearance import AT_ORIGIN, FrameSection, ShapeSection
@@ -134,6 +136,26 @@ class RobotChecks(Checks):
                     f"{kind[1]} needs a cable that stretches, got cable.model {kind[0]}: its length would be held "
                     "exactly, whatever the tension; set cable.model: elastic and cable.axial_stiffness",
                 )
+                return
+        self._transmissions(given)
+
+    def _transmissions(self, given: list[Any]) -> None:
+        """Check the numbers of winches that depend on others."""
+        pushes = self.document.get((*self.root, "unilateral")) is False
+        for i, cable in enumerate(given):
+            if kind_of(self.document, self.root, cable) is None:
+                continue
+            path = winch_path(self.root, cable, i)
+            winch = self.document.get(path)
+            if not isinstance(winch, dict):
+                continue
+            if winch.get(GROWTH.key) and winch.get(RADIUS.key) is None:
+                text = f"needs {RADIUS.name}, the radius (m) with the platform at the home pose"
+                self.add_problem((*path, GROWTH.key), text)
+                return
+            if pushes and winch.get(EFFICIENCY.key, 1.0) != 1.0:
+                text = "not supported for rigid legs, which push (unilateral: false): remove one of both"
+                self.add_problem((*path, EFFICIENCY.key), text)
                 return
 
     def _lacks(self, cable: dict[str, Any], owner: str, key: str = "") -> bool:

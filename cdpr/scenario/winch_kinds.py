@@ -38,7 +38,7 @@ def driven(winch: object) -> bool:
 
 def unused_numbers(winch: Section | None, chains: Iterable[Chain]) -> Iterator[str]:
     """Yield the given numbers of a winch that none of these cables uses, unless they use none at all."""
-    used = {number.key for chain in chains for number in chain.winch.numbers if number.owner == "winch"}
+    used = {number.key for chain in chains for number in chain.winch.accepted if number.owner == "winch"}
     for key, info in type(winch).model_fields.items() if winch and used else ():
         if key != "type" and key not in used and getattr(winch, key) != info.default:
             yield key

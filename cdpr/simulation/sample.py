@@ -9,6 +9,7 @@ import numpy as np
 
 from cdpr.base.errors import Diverged, LimitViolation, PluginError
 from cdpr.cables import bends
+from cdpr.cables.drums import emptied
 from cdpr.log.layout import Layout
 from cdpr.log.limit_violations import beyond
 from cdpr.mechanics.energy import energy
@@ -182,8 +183,8 @@ class Sample:
             readings = backend.readings(tension, work)
         tensions, works = readings or ([partial(backend.read_tension, tension)], [read_work])
         command: Do = bind("copy", source=self.drive, target=backend.command)
-        doing = (command, *tensions, *self._rubbing(backend), *self._sagging(backend))
-        reading = [Operation("backend", do) for do in doing]
+        more = (*self._rubbing(backend), *self._sagging(backend), *self._turning(backend))
+        reading = [Operation("backend", do) for do in (command, *tensions, *more)]
         reading.append(Operation("backend", bind("not_finite", values=tension), self._refuse_tension))
         return reading, [Operation("backend", do) for do in works]
 
@@ -200,6 +201,13 @@ class Sample:
             raise PluginError(f"{type(backend).__name__} does not support cables that sag: choose another backend")
         return found
 
+    def _turning(self, backend: Backend) -> Sequence[Do]:
+        """Return the operations that read the motion of the drums."""
+        if not self.layout.has("motors"):
+            return ()
+        names = "drum_angle", "drum_speed", "motor_torque", "motor_power"
+        return backend.drum_readings(*map(self.view, names))
+
     def _refuse_seen(self, _: int) -> None:
         names = ", ".join(repr(part.name) for part in self._parts.more if part.writes)
         raise Diverged(f"the state that the controller sees is not finite; written by {names}")
@@ -211,6 +219,8 @@ class Sample:
 
             if text := too_loose(robot, state[:3], state[3:7], self._parts.backend.gravity, command):
                 raise Diverged(text)
+        if self.layout.has("motors") and (text := emptied(robot, self.view("length"))):
+            raise Diverged(text)
         values = ", ".join(f"{value:.4g}" for value in self.view("cable_tension"))
         raise Diverged(f"the backend's cable tensions are not finite: [{values}]")
 

@@ -20,7 +20,7 @@ SPAN_KINDS = slice(1, 3)  # columns of `chain_table`: kind and lowest tension of
 
 
 def chains_of_map(robot: Robot, nominal: Robot) -> Array:
-    """Return the chains (m, 27) by which tensions become lengths: winches of the robot, spans of the nominal one."""
+    """Return the chains (m, 33) by which tensions become lengths: winches of the robot, spans of the nominal one."""
     chains = np.concatenate([chain_table(robot)[:, :SPAN], chain_table(nominal)[:, SPAN:]], axis=1)
     chains[:, SPAN_KINDS] = chain_table(nominal)[:, SPAN_KINDS]
     return chains

@@ -28,14 +28,14 @@ struct SeenCable {
 };
 
 struct SeenCables {
-    const double* chains;   // (m, 27), chain.hpp
+    const double* chains;   // (m, 33), chain.hpp
     const double* lines;    // (m, w), as in Geometry
     const double* state;    // (13)
     const double* gravity;  // (3), m/s^2
     const double* sensed;   // (2, m): lengths, m, and rates, m/s
     int64_t m;
     int64_t w;
-    static constexpr char fields[] = "chains(m, 27), lines(m, w >= 6), state(13), gravity(3), sensed(2, m), m, w";
+    static constexpr char fields[] = "chains(m, 33), lines(m, w >= 6), state(13), gravity(3), sensed(2, m), m, w";
 
     SeenCable at(int64_t i) const {
         const ChainRow<double> chain = chain_row(chains, i);

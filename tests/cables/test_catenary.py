@@ -8,9 +8,8 @@ from scipy.integrate import quad
 
 from cdpr.cables.catenary import CATENARY
 from cdpr.cables.catenary.curve import curve, least_tension
-from cdpr.cables.chain import MOST
 from cdpr.cables.drum import DRUM
-from cdpr.cables.tables import SPANS, WINCHES
+from cdpr.cables.tables import CHAIN_WIDTH, SPAN, SPANS, WINCHES
 from cdpr.native.bind import bind
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
@@ -27,9 +26,9 @@ class Cables:
             np.full(n, 1.0) * number for number in (stiffness, density, damping, wrapped)
         )
         self.over = np.ones((n, 3)) * over
-        rows = np.zeros((n, 3 + 2 * MOST))
+        rows = np.zeros((n, CHAIN_WIDTH))
         rows[:, :3] = WINCHES.index(DRUM), SPANS.index(CATENARY), lowest
-        rows[:, 3 + MOST : 6 + MOST] = np.column_stack([self.stiffness, self.density, self.damping])
+        rows[:, SPAN : SPAN + 3] = np.column_stack([self.stiffness, self.density, self.damping])
         self.given = {
             "chains": rows,
             "gravity": GRAVITY,

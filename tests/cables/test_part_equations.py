@@ -8,14 +8,14 @@ from conftest import crossed_box, make_robot, random_state
 
 from cdpr.cables import EXITS, Pulley
 from cdpr.cables.catenary import CATENARY
-from cdpr.cables.chain import MOST, Chain
+from cdpr.cables.chain import Chain
 from cdpr.cables.direct import DIRECT
 from cdpr.cables.drum import DRUM
 from cdpr.cables.elastic import ELASTIC
 from cdpr.cables.ideal_drive import IDEAL_DRIVE
 from cdpr.cables.inextensible import INEXTENSIBLE
 from cdpr.cables.servo import POSITION_SERVO, VELOCITY_SERVO
-from cdpr.cables.tables import SPANS, WINCHES, exits
+from cdpr.cables.tables import CHAIN_WIDTH, SPAN, SPANS, TRANSMISSION, WINCHES, exits
 from cdpr.cables.tabulated import TABULATED
 from cdpr.mechanics.body_frame import BodyFrame, body_state
 from cdpr.mechanics.winches import Winches
@@ -26,24 +26,29 @@ POSES, M = 25, 8  # 200 cables
 STEP = 1e-3  # s
 CLOSE = 1e-11  # relative: some roundings, and differences of lengths
 HARDLY = 1e-9  # N or 1/s^2: round-off of sums of much larger terms
-LOW = {"drum": [0.02, 1e-3, 0.0, 0.0, 0.05], "elastic": [1e4, 0.0]}
-HIGH = {"drum": [0.10, 0.1, 0.05, 2.0, 2.0], "elastic": [1e6, 100.0]}
+# Numbers of drums, elastic spans and transmissions: efficiency, speed of the losses, growth, lines, falls, home length.
+LOW = {"drum": [0.02, 1e-3, 0.0, 0.0, 0.05], "elastic": [1e4, 0.0], "line": [0.5, 0.05, 0.0, 1.0, 1.0, 4.0]}
+HIGH = {"drum": [0.10, 0.1, 0.05, 2.0, 2.0], "elastic": [1e6, 100.0], "line": [1.0, 2.0, 1e-5, 3.0, 4.0, 8.0]}
+IDEAL = [1.0, 0.1, 0.0, 1.0, 1.0, np.nan]
 
 
 class Sample:
     """Plant of random cables at a random state, with its kinematics by numpy."""
 
-    def __init__(self, seed, winch, span, lowest=0.0):
+    def __init__(self, seed, winch, span, lowest=0.0, geared=False):
         rng = np.random.default_rng(seed)
         robot, self.state = make_robot(crossed_box(rng, M)), random_state(rng)
-        self.drum, self.elastic = (rng.uniform(LOW[name], HIGH[name], (M, len(LOW[name]))) for name in LOW)
+        names = "drum", "elastic"
+        self.drum, self.elastic = (rng.uniform(LOW[name], HIGH[name], (M, len(LOW[name]))) for name in names)
         self.command = rng.uniform(1.0, 500.0, M)
-        chains = np.zeros((M, 3 + 2 * MOST))
+        chains = np.zeros((M, CHAIN_WIDTH))
         chains[:, :3] = WINCHES.index(winch), SPANS.index(span), lowest
         if winch is DRUM:
             chains[:, 3 : 3 + self.drum.shape[1]] = self.drum
         if span is ELASTIC:
-            chains[:, 3 + MOST : 3 + MOST + self.elastic.shape[1]] = self.elastic
+            chains[:, SPAN : SPAN + self.elastic.shape[1]] = self.elastic
+        self.line = rng.uniform(LOW["line"], HIGH["line"], (M, 6)) if geared else np.tile(IDEAL, (M, 1))
+        chains[:, TRANSMISSION:SPAN] = self.line
         frame = BodyFrame(robot)
         arrays = self.command, np.zeros(6), body_state(frame.offset, self.state), np.zeros(6)
         given = Winches(robot, frame, np.zeros(3), *arrays, STEP).given
@@ -67,15 +72,32 @@ class Sample:
         _, _, viscous, coulomb, coulomb_speed = self.drum.T
         return viscous * speed + coulomb * np.tanh(speed / coulomb_speed)
 
+    def per_turn(self, unwound):
+        """Return r / k with r^2 = r_0^2 + g n k (L - U), m."""
+        _, _, growth, lines, reeving, home = self.line.T
+        wound = np.where(growth > 0.0, reeving * (home - unwound), 0.0)
+        return np.sqrt(self.drum[:, 0] ** 2 + growth * lines * wound) / reeving
 
-def test_a_drum_with_a_cable_that_does_not_stretch():
-    """T = u - f(-l'/r) / r + (I / r^2) l''."""
+    def load(self, speed):
+        """Return (1 + e + s) / (1 + e - s), s = (1 - e) tanh(w / w_c)."""
+        efficiency, coulomb_speed = self.line[:, :2].T
+        lost = (1.0 - efficiency) * np.tanh(speed / coulomb_speed)
+        return (1.0 + efficiency + lost) / (1.0 + efficiency - lost)
+
+
+@pytest.mark.parametrize("geared", [False, True])
+def test_a_drum_with_a_cable_that_does_not_stretch(geared):
+    """T = (u - f(w) / r - I w' / r) / load with w = -l' / r and, for r(l), w' = -l'' / r + r'(l) l'^2 / r^2."""
     for seed in range(POSES):
-        sample = Sample(seed, DRUM, INEXTENSIBLE)
+        sample = Sample(seed, DRUM, INEXTENSIBLE, geared=geared)
         bind("settle_winches", **sample.given)()
-        radius, inertia = sample.drum.T[:2]
-        mass = inertia / radius**2
-        tension = sample.command - sample.friction(-sample.rate / radius) / radius + mass * sample.length_acceleration
+        radius, inertia, nearby = sample.per_turn(sample.length), sample.drum[:, 1], 1e-4
+        slope = (sample.per_turn(sample.length + nearby) - sample.per_turn(sample.length - nearby)) / (2.0 * nearby)
+        speed = -sample.rate / radius
+        turning = -sample.length_acceleration / radius + slope * (sample.rate / radius) ** 2
+        load = sample.load(speed)
+        mass = inertia / radius**2 / load
+        tension = (sample.command - (sample.friction(speed) + inertia * turning) / radius) / load
         np.testing.assert_allclose(sample.mass, mass, rtol=CLOSE)
         np.testing.assert_allclose(sample.light, tension, rtol=CLOSE, atol=HARDLY)
 
@@ -89,14 +111,15 @@ def test_a_motor_that_holds_the_commanded_tension():
         assert not sample.mass.any()
 
 
-@pytest.mark.parametrize("lowest", [0.0, -np.inf])
-def test_a_drum_with_an_elastic_cable(lowest):
-    """T = E A (l - l0) / l0 + d (l' - l0') from 0 on, l0' = -r w, and I w' = r u - f(w) - r T; stretched or slack."""
+@pytest.mark.parametrize(("lowest", "geared"), [(0.0, False), (0.0, True), (-np.inf, False)])
+def test_a_drum_with_an_elastic_cable(lowest, geared):
+    """T = E A (l - l0) / l0 + d (l' - l0'), l0' = -r w, and I w' = r u - f(w) - r T load; stretched or slack."""
     for seed in range(POSES):
-        sample = Sample(seed, DRUM, ELASTIC, lowest)
-        rng, (stiffness, damping), (radius, inertia) = np.random.default_rng(seed), sample.elastic.T, sample.drum.T[:2]
+        sample = Sample(seed, DRUM, ELASTIC, lowest, geared)
+        rng, (stiffness, damping), inertia = np.random.default_rng(seed), sample.elastic.T, sample.drum[:, 1]
         unwound, speed = sample.length * rng.uniform(0.98, 1.005, M), rng.normal(size=M)
         sample.winch[:] = np.column_stack([unwound, speed]).ravel()
+        radius, load = sample.per_turn(unwound), sample.load(speed)
         bind("step_winches", **sample.given, step=STEP)()
         stretch = sample.length - unwound
         tension = stiffness * stretch / unwound + damping * (sample.rate + radius * speed)
@@ -104,7 +127,7 @@ def test_a_drum_with_an_elastic_cable(lowest):
             tension = np.where(stretch > 0.0, np.maximum(tension, 0.0), 0.0)
             assert (tension == 0.0).any()
         np.testing.assert_allclose(sample.light, tension, rtol=CLOSE, atol=HARDLY)
-        speed = speed + STEP * (radius * sample.command - sample.friction(speed) - radius * tension) / inertia
+        speed = speed + STEP * (radius * sample.command - sample.friction(speed) - radius * tension * load) / inertia
         found = sample.winch.reshape(M, 2).T
         np.testing.assert_allclose(found, [unwound - STEP * radius * speed, speed], rtol=CLOSE, atol=HARDLY)
 

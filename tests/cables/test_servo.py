@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from test_part_equations import CLOSE, HARDLY, POSES, STEP, M, Sample
 
-from cdpr.cables.chain import MOST
 from cdpr.cables.elastic import ELASTIC
 from cdpr.cables.ideal_drive import IDEAL_DRIVE
 from cdpr.cables.servo import POSITION_SERVO, VELOCITY_SERVO
+from cdpr.cables.tables import SPAN
 from cdpr.native.bind import bind
 
 LOW = [5.0, 0.1, 0.0, 1.0, 1.0, 0.5, 0.0]  # numbers of `servo.LOOPS`: such limits act in some of the samples
@@ -28,7 +28,7 @@ class Drive(Sample):
         chains[:, 3 : 3 + 5] = self.drum
         if winch in (POSITION_SERVO, VELOCITY_SERVO):
             chains[:, 8 : 8 + len(LOW)] = self.loops
-        chains[:, 3 + MOST : 3 + MOST + 2] = self.elastic
+        chains[:, SPAN : SPAN + 2] = self.elastic
         self.given["chains"] = chains
         self.unwound, self.speed = self.length * rng.uniform(0.98, 1.005, M), rng.normal(size=M)
         self.integral, self.torque = rng.uniform(-5.0, 20.0, (2, M))

@@ -8,7 +8,7 @@ from kernel_cases import assert_same_bits, numbers, run, run_lanes
 from scipy.spatial.transform import Rotation
 
 from cdpr.cables import Pulley
-from cdpr.cables.chain import MOST
+from cdpr.cables.tables import CHAIN_WIDTH, SPAN, TRANSMISSION
 from cdpr.model import rotations
 
 EACH, M = 64, 6
@@ -16,12 +16,20 @@ FREE, PLANAR, BALL = (1, 1, 1, 1, 1, 1), (1, 0, 1, 0, 1, 0), (0, 0, 0, 1, 1, 1)
 DRUM = np.array([[0.02, 0.1], [5e-4, 1e-2], [0.0, 0.1], [0.0, 0.5], [0.01, 0.2]])  # ranges of a drum's numbers
 
 
-def plants(rng, kinds, pulleys, free):
+IDEAL = 1.0, 0.1, 0.0, 1.0, 1.0, 4.0  # numbers of a transmission
+
+
+def plants(rng, kinds, pulleys, free, geared=False):
     """Inputs of a plant with these kinds (m, 2) of winches and spans, and what its arrays hold before; some hostile."""
-    chains = np.zeros((EACH, M, 3 + 2 * MOST))
+    chains = np.zeros((EACH, M, CHAIN_WIDTH))
     chains[..., :2], chains[..., 2] = kinds, rng.choice([0.0, -np.inf])
     chains[..., 3:8] = rng.uniform(*DRUM.T, (EACH, M, 5))
-    chains[..., 3 + MOST : 5 + MOST] = rng.uniform([1e3, 0.0], [1e6, 100.0], (EACH, M, 2))
+    chains[..., SPAN : SPAN + 2] = rng.uniform([1e3, 0.0], [1e6, 100.0], (EACH, M, 2))
+    chains[..., TRANSMISSION:SPAN] = IDEAL
+    if geared:  # some of the lanes of some cables
+        some = (rng.random((EACH, M, 6)) < 0.5) & (np.arange(M) % 2 == 0)[:, None]
+        numbers_of_gears = rng.uniform([0.5, 0.05, 0.0, 1.0, 1.0, 1.0], [1.0, 2.0, 1e-4, 3.0, 4.0, 8.0], (EACH, M, 6))
+        chains[..., TRANSMISSION:SPAN] = np.where(some, numbers_of_gears, IDEAL)
     friction = {"friction": 0.2, "bearing_friction": 0.1, "bearing_radius": 0.03} if pulleys == "friction" else {}
     lines = rng.uniform(-3.0, 3.0, (EACH, M, 17 if friction else 14 if pulleys else 6))
     lines[..., 3:6] *= 0.1
@@ -55,6 +63,7 @@ def plants(rng, kinds, pulleys, free):
         "tension": numbers(rng, EACH, M),
         "highest": np.abs(numbers(rng, EACH, M)),
         "length": numbers(rng, EACH, M),
+        "rate": numbers(rng, EACH, M),
         "cable_work": rng.normal(size=(EACH, 1)),
         "beside": np.zeros((EACH, 6)),
         "place": np.zeros((EACH, 7)),
@@ -68,7 +77,6 @@ def plants(rng, kinds, pulleys, free):
 def written(before, *more):
     return {key: value.shape[1:] for key, value in before.items()} | {
         "applied": (6,),
-        "rate": (M,),
         "matrix": (6, M),
         **dict(more),
     }
@@ -82,14 +90,17 @@ def test_a_lane_has_the_bits_of_a_plant_alone(free, pulleys):
         "settle_winches": ({}, ()),
         "step_winches": ({"step": 1e-3}, ()),
         "winch_runge_kutta": ({"step": 1e-3, "steps": 2}, [("state", (13,))]),
+        "read_drums": ({}, [(name, (M,)) for name in ("angle", "speed", "torque", "power")]),
     }
     for name, (values, more) in operations.items():
-        given, before, tables = plants(rng, rng.integers(0, 2, (M, 2)), pulleys, free)
+        given, before, tables = plants(rng, rng.integers(0, 2, (M, 2)), pulleys, free, geared=True)
         shapes = written(before, *more)
         alone, _ = run(name, given, shapes, before, **tables, **values)
         lanes, _ = run_lanes(name, given, shapes, before, **tables, **values)
-        assert np.isfinite(alone["applied"]).all(axis=1).sum() > EACH // 8
-        for key in shapes:
+        reads = name == "read_drums"
+        result = "speed" if reads else "applied"
+        assert np.isfinite(alone[result]).any(axis=1).sum() > EACH // 8
+        for key in dict(more) if reads else shapes:
             assert_same_bits(lanes[key], alone[key])
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from conftest import ROOT
@@ -10,6 +12,7 @@ from fmu.cases import ELASTIC, write
 from fmu.driver import Driver
 from scipy.integrate import solve_ivp
 
+from cdpr.cables.tables import home_lengths
 from cdpr.fmu.export import Actuator
 from cdpr.fmu.read.archive import open_archive
 from cdpr.fmu.read.mapping import map_signals
@@ -93,6 +96,42 @@ def test_tensions_follow_the_lengths_at_once(fmi, robot, tmp_path):
         assert np.allclose(driver.get("cable_tension"), tension_of(length + 0.001, rate + 0.1, unstretched, speed))
         driver.set("cable_length", unstretched - 0.001)
         assert (driver.get("cable_tension") == 0.0).all()
+
+
+def test_gears_drums_that_grow_and_tackles(robot, tmp_path):
+    """The equations of `cdpr.cables.transmission` by scipy; their numbers are parameters, those not used are none."""
+    growth, lines, reeving, efficiency = 2e-4, 2.0, 2.0, 0.7
+    own = {"drum_growth": growth, "lines": lines, "reeving": reeving, "efficiency": efficiency}
+    cables = tuple(replace(cable, winch=replace(cable.winch, own=own)) for cable in robot.cables)
+    geared = replace(robot, cables=cables)
+    names = [{each.name for each in Actuator(one, STEP).variables()} for one in (robot, geared)]
+    assert names[1] - names[0] == {f"winch.{key}" for key in own}
+    home, (command, length, rate) = home_lengths(robot), given(0.0)
+
+    def per_turn(unwound):
+        return np.sqrt(RADIUS**2 + growth * lines * reeving * (home - unwound)) / reeving
+
+    def pull(y):
+        tension = STIFFNESS * (length - y[:8]) / y[:8] + DAMPING * (rate + per_turn(y[:8]) * y[8:])
+        return np.where(length > y[:8], np.maximum(tension, 0.0), 0.0)
+
+    def slope(_, y):
+        radius, speed = per_turn(y[:8]), y[8:]
+        friction = VISCOUS * speed + COULOMB * np.tanh(speed / COULOMB_SPEED)
+        lost = (1.0 - efficiency) * np.tanh(speed / COULOMB_SPEED)
+        load = (1.0 + efficiency + lost) / (1.0 + efficiency - lost)
+        return np.concatenate([-radius * speed, (radius * (command - pull(y) * load) - friction) / INERTIA])
+
+    y = length / (1.0 + command / STIFFNESS)
+    y = np.concatenate([y, -rate / per_turn(y)])
+    with Driver(write(Actuator(geared, STEP / 50), 3, tmp_path)) as driver:
+        for name, values in zip(("command", "cable_length", "cable_rate"), given(0.0), strict=True):
+            driver.set(name, values)
+        for k in range(10):
+            driver.step(k * STEP, STEP)
+        y = solve_ivp(slope, (0.0, 10 * STEP), y, method="DOP853", rtol=1e-12, atol=1e-13).y[:, -1]
+        assert np.abs(driver.get("cable_tension") - pull(y)).max() < TENSION
+        np.testing.assert_allclose(driver.get("drum_speed"), y[8:], atol=1e-6)
 
 
 def test_its_signals_map_by_themselves(robot, tmp_path):

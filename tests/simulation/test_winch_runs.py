@@ -42,7 +42,10 @@ def test_command_and_tension_go_through_the_log(tmp_path):
     again = cdpr.load_run(tmp_path / "run")
     np.testing.assert_array_equal(again.rows, done.rows)
     assert again.header.cable_model == "elastic"
-    assert column_names(done.header)[-8:] == [f"cable_tension_cable_{i}_N" for i in range(1, 9)]
+    names = column_names(done.header)
+    first = names.index("cable_tension_cable_1_N")
+    assert names[first : first + 8] == [f"cable_tension_cable_{i}_N" for i in range(1, 9)]
+    assert names[-8:] == [f"motor_power_cable_{i}_W" for i in range(1, 9)]
 
 
 def test_ideal_cables_have_no_such_columns():

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
 from cdpr.analysis.distribution.survey import Survey, survey
 from cdpr.cables import bends, rubs
+from cdpr.cables.drum import INERTIA, RADIUS
+from cdpr.cables.transmission import EFFICIENCY, GEAR_RATIO, GROWTH, REEVING
 from cdpr.mechanics.kinematics import make_state
 from cdpr.mechanics.properties import check_lengths, conditioning, free_wrench_matrix, unresisted
 from cdpr.mechanics.reach import Reach, bounds_of, plain_columns
 from cdpr.mechanics.restraint import RESTRAINTS, few_cables, restraint
 from cdpr.mechanics.sag import CHORD, least_tensions
+from cdpr.model import Cable
 from cdpr.model.robot import Array, Robot
 from cdpr.tension.checks import RESIDUAL_TOLERANCE, newton
 from cdpr.tension.closure import positive_null_vector
@@ -25,6 +29,14 @@ OPTIONAL = {
     "length_min_m": "length_min",
     "length_max_m": "length_max",
     "speed_max_m_per_s": "speed_max",
+}
+WINCH = {
+    "drum_radius_m": RADIUS,
+    "drum_growth_m": GROWTH,
+    "reeving": REEVING,
+    "gear_ratio": GEAR_RATIO,
+    "efficiency": EFFICIENCY,
+    "inertia_kg_m2": INERTIA,
 }
 
 
@@ -67,9 +79,27 @@ def describe_robot(robot: Robot) -> dict[str, Any]:
                 "tension_min_N": cable.tension_min,
                 "tension_max_N": cable.tension_max,
                 **{key: getattr(cable, name) for key, name in OPTIONAL.items()},
+                "winch": winch_figures(cable),
             }
             for cable in robot.cables
         ],
+    }
+
+
+def winch_figures(cable: Cable) -> dict[str, Any] | None:
+    """Return type, drum, transmission and inertia of a cable's winch, None for unknown numbers; None without a winch.
+
+    Example:
+        >>> import cdpr
+        >>> winch_figures(cdpr.load_robot("caroca_winches").cables[0])["drum_radius_m"]
+        0.05
+    """
+    if cable.winch is None:
+        return None
+    numbers = {key: number.of(cable, math.nan) for key, number in WINCH.items()}
+    return {
+        "type": cable.winch.type,
+        **{key: value if math.isfinite(value) else None for key, value in numbers.items()},
     }
 
 

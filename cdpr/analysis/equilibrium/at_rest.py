@@ -11,11 +11,9 @@ from cdpr.base import tolerances
 from cdpr.base.errors import CdprError
 from cdpr.base.problems import shown
 from cdpr.cables.drum import RADIUS
+from cdpr.cables.drums import unwound_lengths
 from cdpr.mechanics.equilibria import find_equilibria
 from cdpr.mechanics.equilibrium import Equilibrium, find_equilibrium
-from cdpr.mechanics.kinematics import lengths as path_lengths
-from cdpr.mechanics.kinematics import make_state
-from cdpr.mechanics.properties import home_pose
 from cdpr.model import Cable, Robot
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
@@ -140,9 +138,12 @@ def _arguments(
             text = "expected one value in lengths, tensions or drum_angles"
             raise CdprError(f"equilibrium: cable '{cable.name}': {text}, got {count or 'none'}")
     if turned.any():
-        home = home_pose(robot)[0]
-        radius = np.array([_radius(cable) if on else 0.0 for cable, on in zip(robot.cables, turned, strict=True)])
-        wound = path_lengths(robot, make_state(home[:3], home[3:])) - radius * angle
+        wound = unwound_lengths(robot, angle[None])[0]
+        for k in np.flatnonzero(turned):
+            _require_drum(robot.cables[k])
+            if np.isnan(wound[k]):
+                text = f"at {angle[k]:g} rad the drum is empty: it grows by winch.drum_growth"
+                raise CdprError(f"drum_angles: cable '{robot.cables[k].name}': {text}")
         unwound = np.where(turned, wound, unwound)
     for cable, length, force in zip(robot.cables, unwound.tolist(), tension.tolist(), strict=True):
         if length <= 0.0 or length > LONGEST:
@@ -154,9 +155,9 @@ def _arguments(
     return robot, unwound, tension, pose.copy(), down
 
 
-def _radius(cable: Cable) -> float:
+def _require_drum(cable: Cable) -> None:
     try:
-        return RADIUS.of(cable)
+        RADIUS.of(cable)
     except CdprError:
         text = f"drum_angles: cable '{cable.name}': expected a winch with a drum radius ({RADIUS.name}), got none"
         raise CdprError(text) from None

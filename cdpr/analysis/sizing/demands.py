@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import NDArray
 
 from cdpr.analysis.sizing.duty import Duty
+from cdpr.cables.drums import DrumMotion, drum_motion
+from cdpr.cables.transmission import GEAR_RATIO
 from cdpr.model.robot import Array, Robot
 
 
@@ -27,7 +30,8 @@ class Demands:
         shortest, longest: length from exit to platform, m.
         turns: turns of the drum from the shortest to the longest length.
         drum_speed: largest magnitude, rad/s.
-        torque, torque_rms: motor torque at the drum, N m.
+        torque, torque_rms: motor torque about the drum's axis, N m; without time, that at rest.
+        motor_speed, motor_torque, motor_torque_rms: the same at the motor's shaft, rad/s and N m.
         motor_power: largest magnitude, W.
     """
 
@@ -46,6 +50,9 @@ class Demands:
     drum_speed: Array
     torque: Array
     torque_rms: Array
+    motor_speed: Array
+    motor_torque: Array
+    motor_torque_rms: Array
     motor_power: Array
 
 
@@ -57,28 +64,40 @@ LEAST = {"tension_least", "shortest"}  # the worst of several duties is the smal
 def demands(duty: Duty) -> Demands:
     """Return the figures of a duty; infeasible samples are ignored."""
     nothing, good = np.full(duty.robot.m, np.nan), duty.feasible
-    radius = drum_radii(duty.robot)
     known: dict[str, Array] = {}
     if good.any():
         length, tension = duty.length[good], duty.tension[good]
         known |= {"tension": _largest(tension), "tension_least": -_largest(-tension)}
         known |= {"shortest": length.min(axis=0), "longest": length.max(axis=0)}
-        known["turns"] = (known["longest"] - known["shortest"]) / (2.0 * math.pi * radius)
+        known["turns"] = drum_turns(duty.robot, known["shortest"], known["longest"])
         if duty.time is None or duty.rate is None:
-            known["torque"] = radius * known["tension"]
+            still = np.zeros(length.shape)
+            known["torque"] = _largest(drum_motion(duty.robot, length, still, still).per_turn * tension)
         else:
             tension = np.where(good[:, None], duty.tension, np.nan)
-            known |= _in_motion(duty.robot, tension, duty.rate, duty.time, radius, good)
+            known |= _in_motion(duty.robot, tension, duty.length, duty.rate, duty.time, good)
+        known |= _at_the_shaft(duty.robot, known)
     return Demands(**{part.name: known.get(part.name, nothing) for part in fields(Demands)})
 
 
-def drum_radii(robot: Robot) -> Array:
-    """Return the drum radii, (m,), m; NaN for cables without a drum."""
-    return np.array([math.nan if cable.winch is None else cable.winch.drum_radius for cable in robot.cables])
+def drum_turns(robot: Robot, shortest: Array, longest: Array) -> Array:
+    """Return the turns of the drums, (m,), between lengths (m,) [m]; NaN for cables without a drum."""
+    still = np.zeros((2, robot.m))
+    angle = drum_motion(robot, np.array([shortest, longest]), still, still).angle
+    return np.asarray((angle[0] - angle[1]) / (2.0 * math.pi))
+
+
+def _at_the_shaft(robot: Robot, known: Mapping[str, Array]) -> dict[str, Array]:
+    """Return speeds and torques of the motors' shafts."""
+    ratio = np.array([GEAR_RATIO.of(cable, math.nan) for cable in robot.cables])
+    found = {"motor_torque": known["torque"] / ratio}
+    if "drum_speed" in known:
+        found |= {"motor_speed": known["drum_speed"] * ratio, "motor_torque_rms": known["torque_rms"] / ratio}
+    return found
 
 
 def _in_motion(
-    robot: Robot, tension: Array, rate: Array, time: Array, radius: Array, good: NDArray[np.bool_]
+    robot: Robot, tension: Array, length: Array, rate: Array, time: Array, good: NDArray[np.bool_]
 ) -> dict[str, Array]:
     """Return the figures that require time.
 
@@ -89,7 +108,8 @@ def _in_motion(
     power = -tension * rate
     power[np.abs(power) <= ROUNDING * np.nanmax(np.abs(power))] = 0.0  # at rest
     driving, braking = np.maximum(power, 0.0), np.maximum(-power, 0.0)
-    torque = _torque(robot, tension, rate, acceleration)
+    drums = drum_motion(robot, length, rate, acceleration)
+    torque = _torque(robot, tension, drums)
     return {
         "tension_rms": _rms(tension, time),
         "speed": speed,
@@ -98,24 +118,28 @@ def _in_motion(
         "braking": _largest(braking),
         "given": _integral(driving, time),
         "taken": _integral(braking, time),
-        "drum_speed": speed / radius,
+        "drum_speed": np.abs(drums.speed[good]).max(axis=0),
         "torque": _largest(np.abs(torque)),
         "torque_rms": _rms(torque, time),
-        "motor_power": _largest(np.abs(torque * rate / radius)),
+        "motor_power": _largest(np.abs(torque * drums.speed)),
     }
 
 
-def _torque(robot: Robot, tension: Array, rate: Array, acceleration: Array) -> Array:
-    """Return the motor torques at the drums, (K, m), N m: cable, inertia and friction, positive when winding in."""
+def _torque(robot: Robot, tension: Array, drums: DrumMotion) -> Array:
+    """Return the motor torques about the drums' axes, (K, m), N m, positive when winding in.
+
+    They consist of cable, losses of the transmission, inertia and friction.
+    """
     torque = np.full(tension.shape, np.nan)
     for i, cable in enumerate(robot.cables):
         winch = cable.winch
         if winch is None or not math.isfinite(winch.drum_radius):
             continue
-        speed, turning = -rate[:, i] / winch.drum_radius, -acceleration[:, i] / winch.drum_radius
+        speed = drums.speed[:, i]
         inertia = winch.inertia if math.isfinite(winch.inertia) else 0.0
         friction = winch.viscous_friction * speed + winch.coulomb_friction * np.tanh(speed / winch.coulomb_speed)
-        torque[:, i] = winch.drum_radius * tension[:, i] + inertia * turning + friction
+        cable_torque = drums.per_turn[:, i] * tension[:, i] * drums.load[:, i]
+        torque[:, i] = cable_torque + inertia * drums.acceleration[:, i] + friction
     return torque
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.analysis.sizing.demands import LEAST, Demands, demands, drum_radii
+from cdpr.analysis.sizing.demands import LEAST, Demands, demands, drum_turns
 from cdpr.analysis.sizing.duty import Duty
 from cdpr.base.defaults import SAFETY
 from cdpr.base.errors import CdprError
@@ -84,6 +84,9 @@ NAMES = {
     "drum_speed": "drum_speed_rad_per_s",
     "torque": "drum_torque_peak_N_m",
     "torque_rms": "drum_torque_rms_N_m",
+    "motor_speed": "motor_speed_rad_per_s",
+    "motor_torque": "motor_torque_peak_N_m",
+    "motor_torque_rms": "motor_torque_rms_N_m",
     "motor_power": "motor_power_W",
 }
 
@@ -112,8 +115,7 @@ def sizing(duties: Sequence[Duty], safety: float = SAFETY) -> Sizing:
         values = np.array([getattr(each, part.name) for each in found])
         pick = np.fmin if part.name in LEAST else np.fmax
         worst[part.name] = pick.reduce(values, axis=0)
-    radius = drum_radii(first)
-    worst["turns"] = (worst["longest"] - worst["shortest"]) / (2.0 * math.pi * radius)  # over all
+    worst["turns"] = drum_turns(first, worst["shortest"], worst["longest"])  # over all
     peaks = np.array([np.nan_to_num(each.tension, nan=-np.inf) for each in found])
     source = tuple(duties[k].name if math.isfinite(peaks[k, i]) else "" for i, k in enumerate(peaks.argmax(axis=0)))
     parts = tuple(

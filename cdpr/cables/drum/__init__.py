@@ -16,6 +16,7 @@ from __future__ import annotations
 from cdpr.base.fields import NonNegative, Positive
 from cdpr.base.needs import of_winch
 from cdpr.cables.chain import COORDINATE, Number, Winch
+from cdpr.cables.transmission import COULOMB_SPEED, TRANSMISSION
 
 RADIUS = Number("winch.drum_radius", Positive, "m", "radius of the drum: unstretched cable that it winds, per radian")
 
@@ -31,13 +32,13 @@ NUMBERS = (
     INERTIA,
     Number("winch.viscous_friction", NonNegative, "N m s", "friction torque per drum speed", 0.0, exact="N.m.s/rad"),
     Number("winch.coulomb_friction", NonNegative, "N m", "friction torque of a drum that turns", 0.0),
-    Number(
-        "winch.coulomb_speed",
-        Positive,
-        "rad/s",
-        "drum speed at which Coulomb friction reaches 76 % of its value: it grows as tanh(speed / this)",
-        0.1,
-    ),
+    COULOMB_SPEED,
 )
 
-DRUM = Winch(header="cdpr/cables/drum/drum.hpp", numbers=NUMBERS, states=COORDINATE, needs=of_winch())
+DRUM = Winch(
+    header="cdpr/cables/drum/drum.hpp",
+    numbers=NUMBERS,
+    transmission=TRANSMISSION,
+    states=COORDINATE,
+    needs=of_winch(),
+)

@@ -6,7 +6,17 @@ import math
 
 from cdpr.cables import chain_of, takes_lengths
 from cdpr.cables.chain import Number, Part
-from cdpr.cables.tables import CHAIN_WIDTH, SPAN, WINCH, chain_table, command_kinds, line_table, places_of_states
+from cdpr.cables.tables import (
+    CHAIN_WIDTH,
+    SPAN,
+    TRANSMISSION,
+    WINCH,
+    chain_table,
+    command_kinds,
+    line_table,
+    places_of_states,
+)
+from cdpr.cables.transmission import COULOMB_SPEED, EFFICIENCY, KERNEL
 from cdpr.fmu.export.variables import Variable, parameter
 from cdpr.model import Cable, Robot
 from cdpr.native.exported_pipeline import ExportedPipeline, Link
@@ -21,12 +31,27 @@ def given_numbers(part: Part, cable: Cable) -> dict[Number, float]:
     return {number: value for number, value in values.items() if number not in lacking and math.isfinite(value)}
 
 
+def parameters_of(robot: Robot, cable: Cable) -> dict[int, tuple[Number, float]]:
+    """Return the parameters of a cable with their values, by their columns in `chain_table`.
+
+    Numbers of the transmission are parameters only if the robot uses them.
+    """
+    chain = chain_of(robot, cable)
+    found: dict[int, tuple[Number, float]] = {}
+    for part, first in ((chain.winch, WINCH), (chain.span, SPAN)):
+        own = given_numbers(part, cable)
+        found |= {place: (number, own[number]) for place, number in enumerate(part.numbers, first) if number in own}
+    given = {number: {number.of(each, number.default) for each in robot.cables} for number in chain.winch.transmission}
+    accepted = {number for number, values in given.items() if values != {number.default}}
+    if EFFICIENCY in accepted:
+        accepted.add(COULOMB_SPEED)
+    places = enumerate(KERNEL, TRANSMISSION)
+    return found | {place: (number, number.of(cable)) for place, number in places if number in accepted}
+
+
 def winch_parameters(robot: Robot) -> list[Variable]:
     """Return the parameters of winches and spans, 0 for cables without them."""
-    found = []
-    for cable in robot.cables:
-        chain = chain_of(robot, cable)
-        found.append(given_numbers(chain.winch, cable) | given_numbers(chain.span, cable))
+    found = [dict(parameters_of(robot, cable).values()) for cable in robot.cables]
     return [
         parameter(
             number.name,
@@ -58,14 +83,8 @@ def add_chains(pipeline: ExportedPipeline, robot: Robot) -> None:
     pipeline.add("winch_places", places_of_states(robot), "constant")
     add_commands(pipeline, robot)
     for i, cable in enumerate(robot.cables):
-        chain = chain_of(robot, cable)
-        for part, first in ((chain.winch, WINCH), (chain.span, SPAN)):
-            own = given_numbers(part, cable)
-            for k, number in enumerate(part.numbers):
-                if number not in own:
-                    continue
-                place = i * CHAIN_WIDTH + first + k
-                pipeline.links.append(Link(number.name, i, 1, index, place, positive=number.positive))
+        for place, (number, _) in parameters_of(robot, cable).items():
+            pipeline.links.append(Link(number.name, i, 1, index, i * CHAIN_WIDTH + place, positive=number.positive))
 
 
 def add_commands(pipeline: ExportedPipeline, robot: Robot) -> None:

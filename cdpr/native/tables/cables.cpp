@@ -1,5 +1,6 @@
 // Cables: exits and geometry. SPDX-License-Identifier: Apache-2.0
 #include <cdpr/cables/bent_cables.hpp>
+#include <cdpr/cables/drums.hpp>
 #include <cdpr/group.hpp>
 #include <cdpr/mechanics/geometry.hpp>
 
@@ -13,6 +14,8 @@ static constexpr cdpr_entry entries[] = {
     entry<BentCables<double>, bent_cables<double>>("bent_cables"),
     entry<BentLengths<double>, bent_lengths<double>>("bent_lengths"),
 #ifndef CDPR_ALONE
+    entry<DrumMotions, drum_motions>("drum_motions"),
+    entry<DrumLengths, drum_lengths>("drum_lengths"),
     entry<Geometry<Lanes>, geometry<Lanes>>("geometry_lanes"),
 #endif
 };

@@ -13,6 +13,7 @@ static constexpr cdpr_entry entries[] = {
     entry<WinchRungeKutta<double>, winch_runge_kutta<double>>("winch_runge_kutta"),
     entry<WinchReading, read_winches>("read_winches"),
     entry<ExitReading<double>, read_winch_tensions<double>>("read_winch_tensions"),
+    entry<DrumReading<double>, read_drums<double>>("read_drums"),
     entry<Winding, wind>("wind_commands"),
     entry<AppliedCommands, drive_winches>("drive_winches"),
     entry<WinchCommand, take_winch_command>("take_winch_command"),
@@ -21,6 +22,7 @@ static constexpr cdpr_entry entries[] = {
     entry<WinchStep<Lanes>, step_winches<Lanes>>("step_winches_lanes"),
     entry<BentReadings<Lanes>, read_bent_cables<Lanes>>("read_bent_cables_lanes"),
     entry<ExitReading<Lanes>, read_winch_tensions<Lanes>>("read_winch_tensions_lanes"),
+    entry<DrumReading<Lanes>, read_drums<Lanes>>("read_drums_lanes"),
     entry<WinchRungeKutta<Lanes>, winch_runge_kutta<Lanes>>("winch_runge_kutta_lanes"),
 #endif
 };

@@ -13,9 +13,10 @@ from workspace_cases import cli, robot_of
 import cdpr
 from cdpr.analysis.distribution import distribute
 from cdpr.analysis.sizing import Duty, demands, over_workspace, sizing, with_one_broken
-from cdpr.analysis.sizing.demands import _torque, drum_radii
+from cdpr.analysis.sizing.demands import _torque, drum_turns
 from cdpr.analysis.workspace import box, ellipsoid, region
 from cdpr.base.errors import CdprError
+from cdpr.cables.drums import drum_motion
 from cdpr.scenario import load_scenario
 
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
@@ -81,7 +82,8 @@ def test_motor_torque_equals_the_simulated_winch_command():
     run = cdpr.simulate("scenarios/winch.yaml", overrides=SHORT)
     duty = Duty.of_run(run, "run")
     radius = np.array([cable.winch.drum_radius for cable in duty.robot.cables])
-    torque = _torque(duty.robot, duty.tension, duty.rate, np.gradient(duty.rate, duty.time, axis=0))
+    acceleration = np.gradient(duty.rate, duty.time, axis=0)
+    torque = _torque(duty.robot, duty.tension, drum_motion(duty.robot, duty.length, duty.rate, acceleration))
     told, beyond = radius * run.tension, np.abs(radius * run.cable_tension - radius * run.tension)
     moving = slice(200, -10)  # the first samples settle
     assert np.abs(torque - told)[moving].max() < 0.1 * beyond[moving].max()
@@ -93,6 +95,21 @@ def test_turns_of_a_drum():
     radius = duty.robot.cables[0].winch.drum_radius
     assert found.turns[0] * 2 * np.pi * radius == pytest.approx(np.ptp(duty.length[:, 0]))
     assert found.drum_speed[0] * radius == pytest.approx(np.abs(duty.rate[:, 0]).max())
+
+
+def test_gear_and_losses_are_in_the_figures_of_motors():
+    """Slow winding in at a constant tension: torque r T / (e N) and speed N w at the motor's shaft, power r T w / e."""
+    changes = {"robot.winch": {"drum_radius": 0.05, "inertia": 0.002, "efficiency": 0.8, "gear_ratio": 20.0}}
+    robot = cdpr.load_scenario("scenarios/winch.yaml", overrides=changes).robot
+    time = np.linspace(0.0, 2.0, 21)
+    rate = np.full((21, robot.m), -0.5)
+    found = demands(made(robot, 300.0, rate, time, 3.0 + rate * time[:, None]))
+    assert found.torque == pytest.approx(0.05 * 300.0 / 0.8)
+    assert found.motor_torque == pytest.approx(0.05 * 300.0 / 0.8 / 20.0)
+    assert found.motor_torque_rms == pytest.approx(found.motor_torque)
+    assert found.motor_speed == pytest.approx(20.0 * 0.5 / 0.05)
+    assert found.motor_power == pytest.approx(300.0 * 0.5 / 0.8)
+    assert found.turns == pytest.approx(1.0 / (2.0 * np.pi * 0.05))
 
 
 def test_a_run_is_sized_as_its_motion_was_foreseen(foreseen):
@@ -234,8 +251,8 @@ def test_turns_of_several_duties_are_from_the_shortest_to_the_longest_of_all():
     low = load_scenario(CAROCA, overrides={"trajectory.to.position": [1.0, 0.5, 1.2]})
     high = load_scenario(CAROCA, overrides={"trajectory.to.position": [-1.0, -0.5, 1.2]})
     several = sizing([Duty.of_scenario(low, "low"), Duty.of_scenario(high, "high")]).worst
-    radius = drum_radii(low.robot)
-    assert np.array_equal(several.turns, (several.longest - several.shortest) / (2 * np.pi * radius), equal_nan=True)
+    turns = drum_turns(low.robot, several.shortest, several.longest)
+    assert np.array_equal(several.turns, turns, equal_nan=True)
 
 
 def test_controllers_of_winches_have_other_tensions():

@@ -81,7 +81,8 @@ void publish_actuator(Model& model) {
     pull(model, model.winch);
     for (size_t i = 0; i < m; i++) {
         const cdpr::ChainRow<double> row = cdpr::chain_row(model.chains, int64_t(i));
-        const double turn = row.per_turn(), carried = turn != 0.0 ? -model.field[CABLE_RATE][i] / turn : 0.0;
+        const double turn = row.per_turn(model.field[CABLE_LENGTH][i]);
+        const double carried = turn != 0.0 ? -model.field[CABLE_RATE][i] / turn : 0.0;
         model.field[DRUM_SPEED][i] = row.stretches() ? states.speed(int64_t(i)) : carried;
         if (model.field[UNSTRETCHED_LENGTH])
             model.field[UNSTRETCHED_LENGTH][i] =

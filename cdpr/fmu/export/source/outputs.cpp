@@ -35,14 +35,16 @@ static void publish_winches(Model& model, double* bending) {
     read_bent_cables(bent);
     for (size_t i = 0; i < m; i++) {
         const cdpr::ChainRow<double> row = ahead.chain(int64_t(i));
-        const double turn = row.per_turn(), carried = turn != 0.0 ? -ahead.rate[i] / turn : 0.0;
-        if (model.field[DRUM_SPEED]) model.field[DRUM_SPEED][i] = row.stretches() ? ahead.speed(int64_t(i)) : carried;
+        double present[cdpr::ChainRow<double>::NUMBERS];
+        const double turn = row.per_turn(row.stretches() ? ahead.unwound(int64_t(i)) : s.length[i]);
+        if (model.field[DRUM_SPEED]) model.field[DRUM_SPEED][i] = ahead.winch_speed(int64_t(i));
         if (model.field[UNSTRETCHED_LENGTH])
             model.field[UNSTRETCHED_LENGTH][i] = row.stretches() ? ahead.unwound(int64_t(i)) : s.length[i];
         if (model.field[UNSTRETCHED_RATE])
             model.field[UNSTRETCHED_RATE][i] = row.stretches() ? -turn * ahead.speed(int64_t(i)) : ahead.rate[i];
         if (model.field[MOTOR_TORQUE])
-            model.field[MOTOR_TORQUE][i] = motor_torque(row.winch_kind(), ahead.motion(int64_t(i), s.tension[i]));
+            model.field[MOTOR_TORQUE][i] =
+                motor_torque(row.winch_kind(), ahead.motion(int64_t(i), ahead.tension_at_winch(int64_t(i)), present));
     }
     if (model.field[CABLE_WORK]) *model.field[CABLE_WORK] = p.cable_work[0];
     if (model.field[BENDING_FORCE]) copy(model.field[BENDING_FORCE], bending, 3);

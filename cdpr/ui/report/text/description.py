@@ -104,6 +104,35 @@ def _cables(cables: list[dict[str, Any]], pose: dict[str, Any]) -> Iterator[str]
         values = ["unknown" if cable[key] is None else f"{cable[key]:g}" for cable in cables]
         if set(values) != {"unknown"}:
             yield row(title, f"{values[0]}, all cables" if len(set(values)) == 1 else ", ".join(values))
+    yield from _winches(cables)
+
+
+def _winch(winch: dict[str, Any] | None) -> str:
+    """Return a winch as text: type, radius, transmission and inertia."""
+    if winch is None:
+        return "none"
+    words = [winch["type"]]
+    if winch["drum_radius_m"] is not None:
+        grows = f" growing by {winch['drum_growth_m']:g} m^2 per m" if winch["drum_growth_m"] else ""
+        words.append(f"drum of {winch['drum_radius_m']:g} m{grows}")
+    if winch["gear_ratio"] != 1.0:
+        words.append(f"gear {winch['gear_ratio']:g}:1")
+    if winch["efficiency"] != 1.0:
+        words.append(f"efficiency {winch['efficiency']:g}")
+    if winch["reeving"] != 1.0:
+        words.append(f"{winch['reeving']:g} falls")
+    words.append("ideal" if winch["inertia_kg_m2"] is None else f"{winch['inertia_kg_m2']:g} kg m^2 at the drum")
+    return ", ".join(words)
+
+
+def _winches(cables: list[dict[str, Any]]) -> Iterator[str]:
+    """Yield a line for each group of cables with equal winches."""
+    groups: dict[str, list[str]] = {}
+    for cable in cables:
+        groups.setdefault(_winch(cable["winch"]), []).append(cable["name"])
+    if set(groups) != {"none"}:
+        for text, names in groups.items():
+            yield row("winch", f"{text}; {'all cables' if len(groups) == 1 else ', '.join(names)}")
 
 
 def _motion(motion: dict[str, Any], dof: list[str]) -> Iterator[str]:

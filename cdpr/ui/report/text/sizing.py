@@ -24,9 +24,12 @@ POWERS = (
     ("energy out (J)", "energy_given_J"),
     ("energy in (J)", "energy_taken_J"),
     ("drum turns", "drum_turns"),
-    ("speed (rad/s)", "drum_speed_rad_per_s"),
-    ("torque (N m)", "drum_torque_peak_N_m"),
-    ("rms (N m)", "drum_torque_rms_N_m"),
+    ("drum (rad/s)", "drum_speed_rad_per_s"),
+    ("drum (N m)", "drum_torque_peak_N_m"),
+    ("drum rms (N m)", "drum_torque_rms_N_m"),
+    ("motor (rad/s)", "motor_speed_rad_per_s"),
+    ("motor (N m)", "motor_torque_peak_N_m"),
+    ("motor rms (N m)", "motor_torque_rms_N_m"),
     ("motor (W)", "motor_power_W"),
 )
 
