@@ -35,9 +35,10 @@ template <class T> CDPR_INLINE void scatter(const T* point, Plant<T>& plant, int
     for (int64_t i = 14; i < size; i++) plant.winch[i - 14] = point[i];
 }
 
-// Write the time derivatives of body, work and winches at the present geometry and tensions.
-template <class T, class Anchors>
-inline void write_slopes(const Plant<T>& plant, PlatformDynamics<T>& dynamics, const Anchors& anchors, T* slope) {
+// Write the time derivatives of body, work and winches at the present geometry and tensions; `start` is the point at
+// the start of the step.
+template <class T, class Anchors> inline void write_slopes(const Plant<T>& plant, PlatformDynamics<T>& dynamics,
+                                                           const Anchors& anchors, T* start, T* slope) {
     T acceleration[6];
     dynamics.compute(plant);
     accelerate(plant, dynamics, acceleration);
@@ -53,13 +54,13 @@ inline void write_slopes(const Plant<T>& plant, PlatformDynamics<T>& dynamics, c
     if constexpr (Anchors::moving)
         for (int64_t i = 0; i < plant.m; i++)
             slope[13] += plant.tension[i] * dot(direction(plant, i), anchors.velocity(i));
-    const WinchStates<T> slopes = {slope + 14, plant.places};
+    const WinchStates<T> slopes = {slope + 14, plant.places}, before = {start + 14, plant.places};
     for (int64_t i = 0; i < plant.m; i++) {
         const bool stretches = plant.stretches(i);
         write_own_slopes(plant, i, slopes.own(i, stretches));
         if (!stretches) continue;
         slopes.unwound(i) = -plant.chain(i).per_turn(plant.unwound(i)) * plant.speed(i);
-        slopes.speed(i) = winch_acceleration(plant, i);
+        slopes.speed(i) = winch_acceleration(plant, i, before.speed(i));
     }
 }
 
@@ -81,7 +82,7 @@ inline void advance(WinchRungeKutta<T>& problem, PlatformDynamics<T>& dynamics, 
             dynamics.known = false;
             write_tensions(plant, dynamics, anchors);
         }
-        write_slopes(plant, dynamics, anchors, slope);
+        write_slopes(plant, dynamics, anchors, start, slope);
         since = reach(stage, problem.step);
         const T share = weight(stage), c = since;
         for (int64_t i = 0; i < size; i++) {
@@ -93,6 +94,9 @@ inline void advance(WinchRungeKutta<T>& problem, PlatformDynamics<T>& dynamics, 
     for (int64_t i = 0; i < size; i++) point[i] = start[i] + c * total[i];
     store(normalised(quaternion(point + 3)), point + 3);
     scatter(point, plant, size);
+    const WinchStates<T> before = {start + 14, plant.places};
+    for (int64_t i = 0; i < plant.m; i++)
+        if (plant.stretches(i)) plant.speed(i) = stopped_by_brake(plant, i, before.speed(i), plant.speed(i));
     // The work is integrated here: nothing is left for `settle` to add.
     for (int64_t i = 0; i < plant.m; i++) plant.tension[i] = 0.0;
     for (int64_t i = 0; i < 6; i++) plant.beside[i] = 0.0;

@@ -26,7 +26,7 @@ class WinchReference(Integrator):
         self.winches = winches = Winches(
             robot, frame, self.gravity, self.command, self.external, self._body, applied, physics_step
         )
-        self.highest = winches.highest
+        self.highest, self.brakes = winches.highest, winches.brakes
         self._to_body = bind("body_state", offset=frame.offset, state=self.state, body=self._body)
         self._publish = bind("platform_state", offset=frame.offset, body=self._body, state=self.state)
         self.bind_steps("winch_runge_kutta", **winches.given)

@@ -255,9 +255,19 @@ DRIVEN: tuple[Column, ...] = (
         "drive_command", CABLES, "", f"Command that each drive applies: tension, N, length, m, or rate, m/s; {_HELD}"
     ),
 )
+# Stepper motors.
+STEPPERS: tuple[Column, ...] = (
+    Column("counted_length", CABLES, "m", "Unwound length that the drive of a stepper counts; NaN for other winches"),
+    Column(
+        "lost_steps",
+        CABLES,
+        "",
+        "Full steps that a stepper has lost, positive if its cable was paid out; NaN for other winches",
+    ),
+)
 # Columns that are NaN for cables without limits, and infinite without a limit on one side, such as after a power cut. A
 # non-finite value in any other column ends a run as diverged.
-NEED_NOT_BE_FINITE = frozenset({"margin", "true_margin", *(column.name for column in MOTORS)})
+NEED_NOT_BE_FINITE = frozenset({"margin", "true_margin", *(column.name for column in (*MOTORS, *STEPPERS))})
 # Additional columns of this version; a new column is a line here. Its values are NaN until written.
 LATER: tuple[Column, ...] = ()
 
@@ -286,6 +296,7 @@ GROUPS: dict[str, ColumnGroup] = {
     "friction": ColumnGroup(FRICTION, "a pulley has friction"),
     "drums": ColumnGroup(DRUMS, "a winch takes a length or a rate"),
     "motors": ColumnGroup(MOTORS, "a cable has a winch with a drum"),
+    "steppers": ColumnGroup(STEPPERS, "a winch is a stepper"),
     "unstretched": ColumnGroup(UNSTRETCHED, "a cable sags, or a winch takes a length or a rate"),
     "sagging": ColumnGroup(SAGGING, "a cable sags (`cable.model: catenary`)"),
     "later": ColumnGroup(LATER, ""),

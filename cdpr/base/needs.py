@@ -162,6 +162,13 @@ def of_length_winch() -> Needs:
     return _but({**models, "backend": {"features": "winch_commands"}})
 
 
+def of_stepper() -> Needs:
+    """Return the needs of a stepper: exports contain no drives that count steps."""
+    steps = no("drives that count steps are not exported; set winch.type to position")
+    exports = dict.fromkeys(("plant_fmu", "controller_fmu", "bare_controller_fmu", "native"), steps)
+    return replace(of_length_winch(), **exports)
+
+
 def of_drives() -> Needs:
     """Return the needs of imperfect drives: they are in all runs, and neither in exported plants nor controllers."""
     at_once = no("the commands of its winches act exactly and at once")

@@ -16,7 +16,8 @@ and a span each:
 In robot files, `inextensible` selects the span alone: it is `rigid` if the winch has an inertia, and `ideal` otherwise.
 
 `winch.type` replaces the winch of a model that stretches: `position` and `velocity` take a length or its rate as their
-command (`cdpr.cables.ideal_drive`, `cdpr.cables.servo`).
+command (`cdpr.cables.ideal_drive`, `cdpr.cables.servo`); `stepper` takes a length (`cdpr.cables.stepper`). Winches may
+have brakes (`cdpr.cables.brake`).
 
 Cables of one robot may differ. The chain is evaluated together with the acceleration: once per step in semi-implicit
 engines, which then advance w and after it l0, and at every stage of `reference`.
@@ -32,6 +33,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cdpr.base.errors import CdprError
 from cdpr.base.kinds import Kinds
+from cdpr.cables import brake
 from cdpr.cables.catenary import CATENARY
 from cdpr.cables.chain import DIAMETER, LINEAR_DENSITY, Chain, Number, Winch
 from cdpr.cables.direct import DIRECT
@@ -41,6 +43,7 @@ from cdpr.cables.exit import Exit
 from cdpr.cables.ideal_drive import IDEAL_DRIVE
 from cdpr.cables.inextensible import INEXTENSIBLE
 from cdpr.cables.servo import POSITION_SERVO, VELOCITY_SERVO
+from cdpr.cables.stepper import STEPPER, STEPPER_MOTOR, STEPPERS
 from cdpr.cables.tabulated import TABULATED
 from cdpr.model import Cable, Robot
 from cdpr.model.robot import COMMANDED
@@ -73,9 +76,10 @@ WINCH_TYPES: dict[str, tuple[Winch, Winch]] = {
     TORQUE: (DRUM, DRUM),
     "position": (IDEAL_DRIVE, POSITION_SERVO),
     "velocity": (IDEAL_DRIVE, VELOCITY_SERVO),
+    "stepper": (STEPPER, STEPPER_MOTOR),
 }
 TENSION, LENGTH, RATE = "tension", "length", "rate"  # commands of winches
-COMMANDS = {TORQUE: TENSION, "position": LENGTH, "velocity": RATE}
+COMMANDS = {TORQUE: TENSION, "position": LENGTH, "velocity": RATE, "stepper": LENGTH}
 
 
 def declared(numbers: Iterable[Number]) -> dict[str, Number]:
@@ -98,6 +102,7 @@ NUMBERS = declared(
     (
         *(number for chain in MODELS.values() for number in chain.winch.accepted),
         *(number for pair in WINCH_TYPES.values() for part in pair for number in part.accepted),
+        *brake.NUMBERS,
     )
 )
 
@@ -127,6 +132,12 @@ def named(model: str, driven: bool) -> str:
 def keys_of_numbers(owner: str) -> list[str]:
     """Return the keys of the numbers of a "cable" or "winch" in robot files."""
     return [number.key for number in NUMBERS.values() if number.owner == owner]
+
+
+def keys_of_winch(chain: Chain) -> set[str]:
+    """Return the keys of the numbers that a winch uses, including those of a brake."""
+    numbers = (*chain.winch.accepted, *(brake.NUMBERS if chain.stretches else ()))
+    return {number.key for number in numbers if number.owner == "winch"}
 
 
 def exits_of(robot: Robot) -> tuple[dict[str, Any] | None, ...]:
@@ -182,6 +193,11 @@ def takes_lengths(robot: Robot) -> bool:
 def turns(robot: Robot) -> bool:
     """Return True if some cable is on a winch that turns."""
     return any(chain_of(robot, cable).winch.states for cable in robot.cables)
+
+
+def has_steppers(robot: Robot) -> bool:
+    """Return True if the winch of some cable is a stepper."""
+    return any(chain_of(robot, cable).winch in STEPPERS for cable in robot.cables)
 
 
 def names_of_winch_types() -> list[str]:

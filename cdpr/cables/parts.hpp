@@ -13,6 +13,7 @@
 #include <cdpr/cables/ideal_drive.hpp>
 #include <cdpr/cables/pulley/pulley.hpp>
 #include <cdpr/cables/servo.hpp>
+#include <cdpr/cables/stepper.hpp>
 #include <cdpr/cables/tabulated/tabulated.hpp>
 #include <cdpr/cables/winch_tension.hpp>
 
@@ -21,7 +22,7 @@ namespace cdpr::CDPR_TARGET {
 enum ExitKind { POINT, PULLEY };
 constexpr int MOST_OF_EXIT = Pulley::COUNT_WITH_FRICTION;  // numbers of an exit
 
-enum WinchKind { DIRECT, DRUM, IDEAL_DRIVE, POSITION_SERVO, VELOCITY_SERVO };
+enum WinchKind { DIRECT, DRUM, IDEAL_DRIVE, POSITION_SERVO, VELOCITY_SERVO, STEPPER, STEPPER_MOTOR };
 enum SpanKind { INEXTENSIBLE, ELASTIC, CATENARY, TABULATED };
 
 template <class T> CDPR_INLINE bool is(T kind, int expected) { return first(kind) == expected; }
@@ -75,17 +76,23 @@ template <class T> CDPR_INLINE WinchTension<T> held(T kind, const T* numbers, [[
     return {NOT_A_NUMBER, NOT_A_NUMBER};
 }
 
+// Return whether a winch is a stepper motor. Its command is the rate at which its steps lead to a length.
+template <class T> CDPR_INLINE bool is_stepper(T kind) { return is(kind, STEPPER) || is(kind, STEPPER_MOTOR); }
+template <class T> CDPR_INLINE StepperNumbers<T> stepper_of(T kind, const T* numbers) {
+    return stepper_numbers(numbers + (is(kind, STEPPER) ? Stepper::OWN : StepperMotor::OWN));
+}
+
 // Quantity that a winch takes as its command.
 enum CommandKind { TENSION_COMMAND, LENGTH_COMMAND, RATE_COMMAND };
 
 template <class T> CDPR_INLINE CommandKind command_of(T kind) {
     if (is(kind, POSITION_SERVO)) return LENGTH_COMMAND;
-    if (is(kind, IDEAL_DRIVE) || is(kind, VELOCITY_SERVO)) return RATE_COMMAND;
+    if (is(kind, IDEAL_DRIVE) || is(kind, VELOCITY_SERVO) || is_stepper(kind)) return RATE_COMMAND;
     return TENSION_COMMAND;
 }
 
 // Return whether the command defines the speed of the winch at once, and that speed.
-template <class T> CDPR_INLINE bool prescribes_speed(T kind) { return is(kind, IDEAL_DRIVE); }
+template <class T> CDPR_INLINE bool prescribes_speed(T kind) { return is(kind, IDEAL_DRIVE) || is(kind, STEPPER); }
 template <class T> CDPR_INLINE T prescribed_speed(const T* numbers, T command) {
     return IdealDrive::speed(numbers, command);
 }
@@ -102,14 +109,22 @@ template <class T> CDPR_INLINE T drum_acceleration(T kind, WinchMotion<T> motion
     const T *numbers = motion.numbers, command = motion.command, tension = motion.tension, speed = motion.speed;
     if (is(kind, DIRECT)) return Direct::drum_acceleration(numbers, command, tension, speed);
     if (is(kind, DRUM)) return Drum::drum_acceleration(numbers, command, tension, speed);
-    if (is(kind, IDEAL_DRIVE)) return 0.0;
+    if (prescribes_speed(kind)) return 0.0;
+    if (is(kind, STEPPER_MOTOR)) return StepperMotor::acceleration(motion);
     if (is_servo(kind)) return Servo::acceleration(motion, wanted_speed(kind, motion));
     return NOT_A_NUMBER;
+}
+
+// Return whether the drum turns freely without its motor: its numbers begin with those of a drum.
+template <class T> CDPR_INLINE bool turns_freely(T kind) {
+    return is(kind, DRUM) || is_servo(kind) || is(kind, STEPPER_MOTOR);
 }
 
 // Return the torque of the motor about the drum's axis, N m; NaN for a winch without one.
 template <class T> CDPR_INLINE T motor_torque(T kind, WinchMotion<T> motion) {
     if (is(kind, DRUM)) return motion.numbers[Drum::RADIUS] * motion.command;
+    if (is(kind, STEPPER)) return motion.numbers[Stepper::RADIUS] * motion.tension;
+    if (is(kind, STEPPER_MOTOR)) return StepperMotor::torque(motion);
     if (is_servo(kind)) return Servo::torque(motion, wanted_speed(kind, motion));
     return NOT_A_NUMBER;
 }
@@ -117,12 +132,14 @@ template <class T> CDPR_INLINE T motor_torque(T kind, WinchMotion<T> motion) {
 // Write the `count` own state numbers of a winch at its start.
 template <class T> CDPR_INLINE void own_start(T kind, WinchMotion<T> motion, T* own, int64_t count) {
     if (is_servo(kind)) return Servo::own_start(motion, own);
+    if (is(kind, STEPPER_MOTOR)) return StepperMotor::own_start(motion, own);
     for (int64_t j = 0; j < count; j++) own[j] = NOT_A_NUMBER;
 }
 
 // Write their time derivatives.
 template <class T> CDPR_INLINE void own_slopes(T kind, WinchMotion<T> motion, T* slope, int64_t count) {
     if (is_servo(kind)) return Servo::own_slopes(motion, wanted_speed(kind, motion), slope);
+    if (is(kind, STEPPER_MOTOR)) return StepperMotor::own_slopes(motion, slope);
     for (int64_t j = 0; j < count; j++) slope[j] = NOT_A_NUMBER;
 }
 

@@ -1,9 +1,9 @@
 // Motor, drum and control loops of a servo drive. SPDX-License-Identifier: Apache-2.0
 //
 // Equations: the docstring of `cdpr.cables.servo`. `numbers`: radius r, m; inertia I, kg m^2; viscous friction, N m s;
-// Coulomb friction, N m, and its speed, rad/s; position gain, 1/s; velocity gain, N m s; integral gain, N m; largest
-// speed, rad/s, acceleration, rad/s^2, and torque, N m; time constant of the torque, s. Own states: integral, N m;
-// torque, N m.
+// Coulomb friction, N m, and its speed, rad/s; velocity gain, N m s; integral gain, N m; largest speed, rad/s,
+// acceleration, rad/s^2, and torque, N m; time constant of the torque, s; of a position servo the position gain, 1/s.
+// Own states: integral, N m; torque, N m.
 #pragma once
 
 #include <cdpr/cables/drum/drum.hpp>
@@ -11,8 +11,8 @@
 namespace cdpr::CDPR_TARGET {
 
 struct Servo {
-    static constexpr int POSITION_GAIN = 5, VELOCITY_GAIN = 6, INTEGRAL_GAIN = 7, SPEED_MAX = 8, ACCELERATION_MAX = 9,
-                         TORQUE_MAX = 10, LAG = 11;
+    static constexpr int VELOCITY_GAIN = 5, INTEGRAL_GAIN = 6, SPEED_MAX = 7, ACCELERATION_MAX = 8, TORQUE_MAX = 9,
+                         LAG = 10, POSITION_GAIN = 11;
     static constexpr int INTEGRAL = 0, TORQUE = 1;
 
     template <class T> static CDPR_INLINE T within(T value, T most) { return smaller(larger(value, -most), most); }

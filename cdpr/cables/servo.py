@@ -26,21 +26,22 @@ from cdpr.cables.transmission import TRANSMISSION
 
 OWN_STATES = 2  # integral of the velocity loop, and torque
 
-# The numbers of a servo. Limits default to none.
+# The numbers of servos. Limits default to none.
+SPEED_MAX = Number("winch.speed_max", Positive, "rad/s", "highest speed of the drum that the drive demands", math.inf)
 LOOPS = (
-    Number("winch.position_gain", Positive, "1/s", "gain of the position loop", 20.0),
     Number("winch.velocity_gain", Positive, "N m s", "gain of the velocity loop, torque per drum speed"),
     Number("winch.integral_gain", NonNegative, "N m", "integral gain of the velocity loop, torque per angle", 0.0),
-    Number("winch.speed_max", Positive, "rad/s", "highest speed of the drum that the servo demands", math.inf),
+    SPEED_MAX,
     Number("winch.acceleration_max", Positive, "rad/s^2", "limit of the velocity loop's proportional part", math.inf),
     Number("winch.torque_max", Positive, "N m", "largest torque of the motor about the drum's axis", math.inf),
     Number("winch.torque_lag", NonNegative, "s", "time constant of the torque, that of the current loop", 0.0),
 )
+POSITION_GAIN = Number("winch.position_gain", Positive, "1/s", "gain of the position loop", 20.0)
 SERVO = "cdpr/cables/servo.hpp"
 
 POSITION_SERVO = Winch(
     header=SERVO,
-    numbers=(*DRUM_NUMBERS, *LOOPS),
+    numbers=(*DRUM_NUMBERS, *LOOPS, POSITION_GAIN),
     transmission=TRANSMISSION,
     command="length",
     states=COORDINATE + OWN_STATES,

@@ -130,6 +130,8 @@ class Run(Frozen):
     drum_speed = Quantity("drum_speed")
     motor_torque = Quantity("motor_torque")
     motor_power = Quantity("motor_power")
+    counted_length = Quantity("counted_length")
+    lost_steps = Quantity("lost_steps")
     bending_wrench = Quantity("bending_wrench")
     drive_command = Quantity("drive_command")
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from cdpr.log.header import Header
 from cdpr.log.limit_violations import beyond, tables
+from cdpr.log.lost_steps import LostSteps, lost_steps
 from cdpr.log.run import Run
 from cdpr.log.singular import PASSED, Singular
 from cdpr.log.slack import Slack, slack
@@ -53,6 +54,8 @@ def summarise(run: Run) -> dict[str, Any]:
       a nominal model they include commands outside the true limits, and with non-ideal cables true tensions outside
       them.
     - `slack_samples` are samples with a slack cable, `slack_intervals` the intervals by cable.
+    - `lost_steps`, if the robot has stepper motors, is the number of full steps by which they are wrong at the end;
+      `lost_steps_intervals` are the intervals by cable, with positive numbers of steps if the cable was paid out.
     - `energy_J` contains the work of each source, named by its column. `balanced` is None if the work of a source is
       unknown; `unknown_works` then names these sources.
     - `through_anchor_s`, `through_axis_s` and the sentence `passed` exist if a cable passes its anchor or swivel axis:
@@ -126,7 +129,7 @@ class Accumulator:
         self._squares = np.empty((2, 0))  # squared norms of position and orientation error in the current block
         self._sums: list[Array] = []  # (2,) of each complete block
         self.beyond = beyond_of(header)
-        self._found = Slack(), Singular()
+        self._found = Slack(), Singular(), LostSteps()
         self.closest = closest
         self.count = 0
         self._start: Array | None = None  # first row
@@ -144,6 +147,11 @@ class Accumulator:
     def singular(self) -> Singular:
         """Passages through anchors and axes."""
         return self._found[1]
+
+    @property
+    def lost(self) -> LostSteps:
+        """Steps that stepper motors lost."""
+        return self._found[2]
 
     @property
     def status(self) -> NDArray[np.int8]:
@@ -194,7 +202,7 @@ class Accumulator:
             closest = None if self.closest is None else self.closest.copy()
             if closest is not None:
                 closest.add(rows[:, 0], rows[:, self._header.layout.span("position", "orientation")])
-            singular = self.singular.added(part, intact)
+            found = loose, self.singular.added(part, intact), lost_steps(self.lost, self._header, rows)
             for name in ("residual", "margin", "kinetic", *self._sources):
                 self._update_extremes(name, part[name])
             parts = np.abs([part.kinetic, part.potential_change, *(part[name] for name in self._sources)])
@@ -203,7 +211,7 @@ class Accumulator:
         self._final["time"] = float(part.time[-1])
         before = part.tension[-1:].copy()
         # State that must not be counted twice is assigned last: no interrupt occurs between plain assignments.
-        updated = sums, squares, beyond, (loose, singular), closest, before, now.stop
+        updated = sums, squares, beyond, found, closest, before, now.stop
         self._sums, self._squares, self.beyond, self._found, self.closest, self._before, self.count = updated
 
     def _added(self, squares: Array) -> tuple[list[Array], Array]:
@@ -236,7 +244,7 @@ class Accumulator:
                 "min": low.get("cable tension", 0.0),
                 "max": high.get("cable tension", 0.0),
             }
-        figures |= self.slack.figures(self._header.cables)
+        figures |= self.slack.figures(self._header.cables) | self.lost.figures(self._header.cables)
         figures["residual_max_N"] = high["residual"]
         figures["margin_min_N"] = low["margin"]
         figures["energy_J"] = self._energy()

@@ -53,11 +53,13 @@ template <class T> struct Plant {
     int64_t m;
     int64_t w;
     int64_t s;
+    const T* brakes = nullptr;  // (m), N m, of winches without power: brake torque; negative with power; not in FMUs
     static constexpr char fields[] =
         "chains(m, 33), lines(m, w >= 6), offset(7), inertial(13), free(6), gravity(3), command(m), external(6), "
         "both body(13), both winch(s), both tension(m), both highest(m), both length(m), both cable_work(1), "
         "both beside(6), both place(7), applied(6), both rate(m), matrix(6, m), both at_winch(m), work runs(m, 9), "
-        "work light(m), work mass(m), work pulls(m), kinds(m, 3), places(m + 1), m, w, s";
+        "work light(m), work mass(m), work pulls(m), kinds(m, 3), places(m + 1), m, w, s, "
+        "brakes(m)";
 
     CDPR_INLINE ChainRow<T> chain(int64_t i) const { return chain_row(chains, i); }
     CDPR_INLINE Quaternion<T> attitude() const { return quaternion(body + 3); }
@@ -81,6 +83,11 @@ template <class T> struct Plant {
         const T length = unwound_or_length(i), turning = winch_speed(i);
         const ChainRow<T> row = chain(i);
         return {row.winch(length, present), own(i), command[i], row.load(pull, turning), length, turning};
+    }
+
+    // Return whether the motor of winch i has no power; its brake then holds the drum.
+    CDPR_INLINE Truth<T> unpowered(int64_t i) const {
+        return brakes != nullptr ? brakes[i] >= T(0.0) : T(0.0) > T(0.0);
     }
 
     // Return the rate of stretch of cable i, m/s.

@@ -5,12 +5,13 @@ elongations are -B^T z with B = [W; 1], so that K = B k B^T and C = B d B^T + fr
 platform and I / r^2 of each drum. Drums of rigid cables move with the platform, so only their friction remains. The
 stiffness that tensions add across the cables is far below k and is neglected.
 
-The unstretched length of an ideal drive does not depend on the motion, and is no coordinate. A servo without a lag adds
-(kv kp + ki) / r^2 to the stiffness and kv / r^2 to the damping of its unstretched length (`cdpr.cables.servo`; the
-slow part ki kp of the integral is neglected). A pulley with friction damps its drum, or the platform if the cable does
-not stretch, in proportion to the tension; that is estimated by the least squares that carry the weight, and at least
-the lower limit. Losses of a transmission count as at rest under the lower limit. Other own states of winches are not
-included: a motor with a lag is taken to hold its torque.
+The unstretched length of an ideal drive does not depend on the motion, and is no coordinate; nor is that of a stepper
+without an inertia. A servo without a lag adds (kv kp + ki) / r^2 to the stiffness and kv / r^2 to the damping of its
+unstretched length (`cdpr.cables.servo`; the slow part ki kp of the integral is neglected). A stepper with an inertia
+adds the slope of its torque, pi M_s / (2 a r^2), to the stiffness (`cdpr.cables.stepper`). A pulley with friction
+damps its drum, or the platform if the cable does not stretch, in proportion to the tension; that is estimated by the
+least squares that carry the weight, and at least the lower limit. Losses of a transmission count as at rest under the
+lower limit. Other own states of winches are not included: a motor with a lag is taken to hold its torque.
 """
 
 from __future__ import annotations
@@ -25,11 +26,14 @@ from cdpr.cables.chain import Chain, Winch
 from cdpr.cables.drums import drum_motion
 from cdpr.cables.ideal_drive import IDEAL_DRIVE
 from cdpr.cables.servo import POSITION_SERVO, VELOCITY_SERVO
+from cdpr.cables.stepper import STEPPER, STEPPER_MOTOR
 from cdpr.cables.transmission import COULOMB_SPEED, EFFICIENCY
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.kinematics import STILL, lengths, wrench_matrix
 from cdpr.model import Cable, Robot, rotations
 from cdpr.model.robot import Array
+
+PRESCRIBED = (IDEAL_DRIVE, STEPPER)  # winches whose drums do not depend on the motion
 
 # Motion without resistance has the eigenvalue 1 twice. Eigenvalues resolve it only to the root of their round-off.
 GROWTH = 1e-6
@@ -100,7 +104,7 @@ def known_drums(robot: Robot) -> bool:
     """
     winches = [chain_of(robot, cable).winch for cable in robot.cables]
     known = (
-        winch is IDEAL_DRIVE or {"drum_radius", "inertia"} <= _keys(winch) for winch in winches if not winch.immediate
+        winch in PRESCRIBED or {"drum_radius", "inertia"} <= _keys(winch) for winch in winches if not winch.immediate
     )
     return all(known)
 
@@ -110,10 +114,12 @@ def _keys(winch: Winch) -> set[str]:
 
 
 def _loops(chain: Chain, cable: Cable) -> tuple[float, float]:
-    """Return stiffness [N m] and damping [N m s] about the drum's axis that the loops of a servo add."""
-    if chain.winch not in (POSITION_SERVO, VELOCITY_SERVO):
+    """Return stiffness [N m] and damping [N m s] about the drum's axis that a servo or a stepper adds."""
+    if chain.winch not in (POSITION_SERVO, VELOCITY_SERVO, STEPPER_MOTOR):
         return 0.0, 0.0
     gains = {number.key: number.of(cable) for number in chain.winch.numbers}
+    if chain.winch is STEPPER_MOTOR:
+        return gains["stall_torque"] * gains["steps_per_turn"] / 4.0, 0.0  # pi / 2 per full step
     if gains["torque_lag"] > 0.0:
         return 0.0, 0.0
     position = gains["position_gain"] if chain.winch.command == "length" else 0.0
@@ -131,7 +137,7 @@ def oscillator(robot: Robot, state: Array) -> Oscillator:
     drums, losses, gains = np.zeros(robot.m), np.zeros(robot.m), np.zeros(robot.m)
     for i, (cable, chain) in enumerate(zip(robot.cables, chains, strict=True)):
         winch = cable.winch
-        if winch is not None and not chain.immediate and chain.winch is not IDEAL_DRIVE:
+        if winch is not None and not chain.immediate and chain.winch not in PRESCRIBED:
             radius = per_turn[i]
             drums[i] = winch.inertia / radius**2
             gain, loss = _loops(chain, cable)
@@ -146,7 +152,7 @@ def oscillator(robot: Robot, state: Array) -> Oscillator:
             losses[i], gains[i] = loss / radius**2, gain / radius**2
     losses += _losses_on_exits(robot, state, still, W)
     springs = np.array([chain.stretches for chain in chains])
-    own = springs & [chain.winch is not IDEAL_DRIVE for chain in chains]  # drums with their own coordinates
+    own = springs & [chain.winch not in PRESCRIBED for chain in chains]  # drums with their own coordinates
     carried, n, k = W[:, ~springs], len(W), int(own.sum())
     B = np.vstack([W[:, springs], np.eye(robot.m)[own][:, springs]])
     M, C, K = (np.zeros((n + k, n + k)) for _ in range(3))

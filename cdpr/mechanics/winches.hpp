@@ -79,7 +79,8 @@ template <class T> inline void prescribe_speeds(Plant<T>& plant, Truth<T> fresh)
         const ChainRow<T> row = plant.chain(i);
         if (!plant.stretches(i) || !prescribes_speed(row.winch_kind())) continue;
         T present[ChainRow<T>::NUMBERS];
-        const T speed = prescribed_speed(row.winch(plant.unwound(i), present), plant.command[i]);
+        const T wanted = prescribed_speed(row.winch(plant.unwound(i), present), plant.command[i]);
+        const T speed = select(plant.unpowered(i), T(0.0), wanted);
         plant.speed(i) = select(fresh, plant.speed(i), speed);
     }
 }
@@ -167,10 +168,33 @@ template <class T, class Anchors> inline void settle(Plant<T>& plant, PlatformDy
     write_tensions(plant, dynamics, anchors);
 }
 
-// Return the acceleration of winch i under the tension of its cable.
-template <class T> CDPR_INLINE T winch_acceleration(const Plant<T>& plant, int64_t i) {
+// Return the acceleration of a drum without power under the tension of its cable and dry friction of its brake, which
+// holds a drum at rest up to the brake's torque (`cdpr.cables.brake`); `speed` is that at the start of the step, rad/s.
+template <class T> CDPR_INLINE T braked_acceleration(const Plant<T>& plant, int64_t i, T speed) {
     T present[ChainRow<T>::NUMBERS];
-    return drum_acceleration(plant.chain(i).winch_kind(), plant.motion(i, plant.tension_at_winch(i), present));
+    const WinchMotion<T> motion = plant.motion(i, plant.tension_at_winch(i), present);
+    const T free = Drum::drum_acceleration(motion.numbers, T(0.0), motion.tension, motion.speed);
+    const T brake = plant.brakes[i] / motion.numbers[Drum::INERTIA];
+    const T beyond = larger(absolute(free) - brake, T(0.0));
+    const T started = select(free < T(0.0), -beyond, beyond);
+    return select(speed == T(0.0), started, free - select(speed < T(0.0), -brake, brake));
+}
+
+// Return the acceleration of winch i under the tension of its cable; `speed` is that at the start of the step.
+template <class T> CDPR_INLINE T winch_acceleration(const Plant<T>& plant, int64_t i, T speed) {
+    const T kind = plant.chain(i).winch_kind();
+    T present[ChainRow<T>::NUMBERS];
+    const T powered = drum_acceleration(kind, plant.motion(i, plant.tension_at_winch(i), present));
+    const Truth<T> off = plant.unpowered(i);
+    if (!any(off) || !turns_freely(kind)) return powered;
+    return select(off, braked_acceleration(plant, i, speed), powered);
+}
+
+// Stop drums that a brake has brought to rest: those whose direction differs from that at the start of the step.
+template <class T> CDPR_INLINE T stopped_by_brake(const Plant<T>& plant, int64_t i, T before, T after) {
+    const Truth<T> off = plant.unpowered(i);
+    if (!any(off)) return after;
+    return select(off & (plant.brakes[i] > T(0.0)) & (before * after < T(0.0)), T(0.0), after);
 }
 
 // Write the time derivatives of the own states of winch i under the tension of its cable.
@@ -196,7 +220,8 @@ inline int read_winches(WinchReading& p) {
         const WinchMotion<double> motion = plant.motion(i, plant.tension_at_winch(i), present);
         p.unwound[i] = motion.unwound;
         p.unwinding[i] = -motion.numbers[0] * motion.speed;
-        p.torque[i] = motor_torque(plant.chain(i).winch_kind(), motion);
+        const double torque = motor_torque(plant.chain(i).winch_kind(), motion);
+        p.torque[i] = plant.unpowered(i) && finite(torque) ? 0.0 : torque;
     }
     return 0;
 }
@@ -288,7 +313,8 @@ template <class T, class Anchors> inline int step_winches_with(WinchStep<T>& pro
         write_own_slopes(plant, i, slope);
         for (int64_t j = 0; j < plant.own_count(i); j++) own[j] = own[j] + h * slope[j];
         if (!plant.stretches(i)) continue;
-        plant.speed(i) = plant.speed(i) + h * winch_acceleration(plant, i);
+        const T before = plant.speed(i), after = before + h * winch_acceleration(plant, i, before);
+        plant.speed(i) = stopped_by_brake(plant, i, before, after);
         plant.unwound(i) = plant.unwound(i) - h * plant.chain(i).per_turn(plant.unwound(i)) * plant.speed(i);
     }
     return 0;

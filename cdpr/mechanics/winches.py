@@ -18,6 +18,8 @@ from cdpr.native.bind import bind
 
 EXIT = 6  # column of `line_table`
 
+POWERED = -1.0  # brake torque of a winch with power
+
 
 class Winches:
     """Tensions of cables on winches, computed from the commands of a backend.
@@ -34,6 +36,8 @@ class Winches:
             drum speed [rad/s], then the own states of the winch; NaN before the start.
         places: (m + 1,) index in `state` of the first state of each winch, and s.
         tension: (m,) tensions [N].
+        brakes: (m,) torque of the brake of each winch without power [N m], negative for winches with power; written by
+            the caller.
         highest: (m,) largest magnitude of each tension since the start [N].
         work: (1,) work of the cables on the platform since the start [J].
         step: operation before each step of a semi-implicit engine, which writes `applied` and advances the winches.
@@ -60,6 +64,7 @@ class Winches:
         self.places = places_of_states(robot)
         self.state, self.work = np.full(self.places[-1], np.nan), np.zeros(1)
         self.tension, self.highest = np.zeros(m), np.zeros(m)
+        self.brakes = np.full(m, POWERED)
         self._length, self._beside, self._place = np.zeros(m), np.zeros(6), np.zeros(7)
         self.given: dict[str, Any] = {
             "chains": chains,
@@ -84,6 +89,7 @@ class Winches:
             "rate": np.zeros(m),
             "matrix": np.zeros((6, m)),
             "at_winch": np.ones(m),
+            "brakes": self.brakes,
         }
         self.step: Callable[[], object] = bind("step_winches", **self.given, step=physics_step)
         self.settle: Callable[[], object] = bind("settle_winches", **self.given)
@@ -99,6 +105,7 @@ class Winches:
         for array in self.arrays:
             array[:] = 0.0
         self.state[:] = np.nan
+        self.brakes[:] = POWERED
 
     def settle_before_change(self) -> None:
         """Add the work up to the present `body`, before its frame changes."""
@@ -139,7 +146,8 @@ class Winches:
     @property
     def arrays(self) -> tuple[Array, ...]:
         """All arrays that determine the future, besides the arrays of the backend."""
-        return self.state, self.tension, self.highest, self._length, self.work, self._beside, self._place
+        own = self.state, self.tension, self.highest, self._length, self.work, self._beside, self._place
+        return (*own, self.brakes)
 
 
 def _kinds(chains: Array, lines: Array) -> NDArray[np.int64]:

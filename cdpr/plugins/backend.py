@@ -93,6 +93,8 @@ class Backend(ABC):
         external: (6,), additional wrench on the platform at its origin, world axes: force, N, then moment, N m.
         state: (13,), state of the platform in the layout of `cdpr.model`; current after `reset` and after `step`.
         highest: (m,), largest magnitude of each tension since `reset`, N; with ideal cables the command itself.
+        brakes: (m,), torque of the brake of each winch without power, N m, negative for winches with power; written by
+            the caller, and negative after `reset`. None, the default, for a backend without the feature `brakes`.
         shared_world: engine's world, if it has other platforms, too: those of the backends with the same object. They
             are advanced together, by `phases`. None, the default, for a world of its own.
 
@@ -109,6 +111,7 @@ class Backend(ABC):
     """
 
     shared_world: object | None = None
+    brakes: Array | None = None
 
     def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
         self.robot = robot

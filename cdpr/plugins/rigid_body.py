@@ -98,7 +98,7 @@ class RigidBodyBackend(Backend):
             self.winches = winches = Winches(
                 robot, frame, self.gravity, self.command, self.external, self.body, self.applied, self.physics_step
             )
-            self._pull, self.highest = winches.step, winches.highest
+            self._pull, self.highest, self.brakes = winches.step, winches.highest, winches.brakes
 
     @abstractmethod
     def build(self) -> None:

@@ -134,7 +134,7 @@ def _nominal(document: Document, problems: Problems) -> tuple[RobotSection | Non
         if sections is not None:
             remember(sections, twin)
         report_nulls(data, (), twin, found)
-        RobotChecks(twin, found).run(("robot",))
+        RobotChecks(twin, found, nominal=True).run(("robot",))
         RunChecks(twin, found).start()
         EventChecks(twin, found).run()
     nominal.add_problems(found, problems)

@@ -9,6 +9,7 @@ from pydantic import ValidationError
 
 from cdpr.base.problems import Path, dotted
 from cdpr.cables import COMMANDED, TENSION, composed
+from cdpr.cables.brake import TORQUE as BRAKE
 from cdpr.cables.chain import DIAMETER
 from cdpr.config.document import Document
 from cdpr.config.problems import Problems
@@ -66,7 +67,7 @@ class EventChecks(Checks):
                     if not self.problems.has(("events", i, *path)):  # a null has been reported
                         self.add_problem(("events", i, *path), text)
         self._need_ideal_cables(known)
-        self._need_tension_commands(known)
+        self._need_brakes(known)
         history = History(self.document.get(("robot", "unilateral")) is not False)
         history.cables = names
         if self.document.get(("robot", "cable", DIAMETER.key)) is None:
@@ -146,16 +147,22 @@ class EventChecks(Checks):
                 return dotted(("robot", "cable", "exit") if cable.exit is None else ("robot", "cables", i, "exit"))
         return ""
 
-    def _need_tension_commands(self, events: Places) -> None:
-        """Report power cuts of winches that hold lengths: what their brakes and motors then do is not modelled."""
+    def _need_brakes(self, events: Places) -> None:
+        """Report power cuts of winches that hold lengths without a brake."""
         cutting = [i for i, event in events if event.cuts_power]
         cables = self.document.get(("robot", "cables")) if cutting else ()
         for k, cable in enumerate(cables if isinstance(cables, list | tuple) else ()):
             kind = kind_of(self.document, ("robot",), cable)
             if kind is not None and command_of(kind) not in ("", TENSION):
-                where = dotted((*winch_path(("robot",), cable, k), "type"))
+                path = winch_path(("robot",), cable, k)
+                if self.document.get((*path, BRAKE.key)) is not None:
+                    continue
+                where = dotted((*path, "type"))
                 for i in cutting:
-                    text = f"a power cut is not supported with {where} {kind[1]}: set category: 2, or {where}: torque"
+                    text = (
+                        f"a power cut needs a brake of each winch that holds a length, and {where} is {kind[1]}: set "
+                        f"{dotted((*path, BRAKE.key))} (N m), or category: 2"
+                    )
                     self.add_problem(("events", i), text)
                 return
 

@@ -15,7 +15,8 @@ from cdpr.base.problems import Path, shown
 from cdpr.cables import MODELS, TORQUE, WINCH_TYPES, composed
 from cdpr.cables.drum import RADIUS
 from cdpr.cables.transmission import EFFICIENCY, GROWTH
-from cdpr.config.problems import exact
+from cdpr.config.document import Document
+from cdpr.config.problems import Problems, exact
 from cdpr.model.rotations import held_upright, multiply
 from cdpr.scenario.appearance import AT_ORIGIN, FrameSection, ShapeSection
 from cdpr.scenario.checks import Checks
@@ -32,7 +33,7 @@ from cdpr.scenario.robot_schema import (
     names_of_exports,
     of_a_body,
 )
-from cdpr.scenario.winch_kinds import Kind, kind_of, winch_path
+from cdpr.scenario.winch_kinds import Kind, idle_numbers, kind_of, winch_path, wrong_brake
 
 EXAMPLES = {"winch": "{drum_radius: 0.05, inertia: 0.01}"}  # m, kg m^2; examples of required sections
 
@@ -60,13 +61,17 @@ def _title(kind: Kind) -> str:
 
 
 class RobotChecks(Checks):
-    """Checks of the robot section at `root`."""
+    """Checks of the robot section at `root`; with `nominal`, of a robot with the values of another one."""
+
+    def __init__(self, document: Document, problems: Problems, *, nominal: bool = False) -> None:
+        super().__init__(document, problems)
+        self._nominal = nominal
 
     def run(self, root: Path) -> None:
         """Report all problems."""
         self.root = root
         self._mesh()
-        self.do(self._guide, self._model, self._names, self._coincident, self._tensions)
+        self.do(self._guide, self._model, self._winches, self._names, self._coincident, self._tensions)
 
     def _guide(self) -> None:
         """Check the inertia of a rotating platform, and the home pose against the guide."""
@@ -157,6 +162,21 @@ class RobotChecks(Checks):
                 text = "not supported for rigid legs, which push (unilateral: false): remove one of both"
                 self.add_problem((*path, EFFICIENCY.key), text)
                 return
+
+    def _winches(self) -> None:
+        """Check the brakes, and report numbers that no cable with this winch uses."""
+        given = self.document.get((*self.root, "cables"))
+        if not isinstance(given, list):
+            return
+        users: dict[Path, list[Kind]] = {}
+        for i, cable in enumerate(given):
+            if (kind := kind_of(self.document, self.root, cable)) is not None:
+                users.setdefault(winch_path(self.root, cable, i), []).append(kind)
+        for path, kinds in users.items():
+            winch = self.document.get(path)
+            if isinstance(winch, dict):
+                for key, text in [*([] if self._nominal else idle_numbers(winch, kinds)), *wrong_brake(winch, kinds)]:
+                    self.problems.add(self.document.key_mark((*path, key)), (*path, key), text)
 
     def _lacks(self, cable: dict[str, Any], owner: str, key: str = "") -> bool:
         """Return True if a cable has this value or section neither itself nor from the common section."""

@@ -161,8 +161,9 @@ class PlatformSection(Section):
 class _Typed(Section):
     type: WinchType = Field(
         TORQUE,
-        description="command of the winch: a tension (torque), the unwound length (position), or its rate (velocity). "
-        "The last two require cables that stretch. They follow it exactly; with an `inertia` they are servos",
+        description="command of the winch: a tension (torque), the unwound length (position, stepper), or its rate "
+        "(velocity). All but torque require cables that stretch. They follow it exactly; with an `inertia`, position "
+        "and velocity are servos, and stepper is a rotor",
     )
 
 

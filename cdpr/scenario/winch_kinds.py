@@ -2,12 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 from cdpr.base.fields import Section
 from cdpr.base.problems import Path
-from cdpr.cables import COMMANDED, COMMANDS, TENSION, TORQUE, WINCH_TYPES, composed, names_in_files
+from cdpr.cables import (
+    COMMANDED,
+    COMMANDS,
+    NUMBERS,
+    TENSION,
+    TORQUE,
+    WINCH_TYPES,
+    composed,
+    keys_of_winch,
+    names_in_files,
+)
+from cdpr.cables.brake import DELAY
+from cdpr.cables.brake import TORQUE as BRAKE
 from cdpr.cables.chain import Chain
 from cdpr.config.document import Document
 
@@ -38,7 +50,7 @@ def driven(winch: object) -> bool:
 
 def unused_numbers(winch: Section | None, chains: Iterable[Chain]) -> Iterator[str]:
     """Yield the given numbers of a winch that none of these cables uses, unless they use none at all."""
-    used = {number.key for chain in chains for number in chain.winch.accepted if number.owner == "winch"}
+    used = {key for chain in chains for key in keys_of_winch(chain)}
     for key, info in type(winch).model_fields.items() if winch and used else ():
         if key != "type" and key not in used and getattr(winch, key) != info.default:
             yield key
@@ -55,3 +67,46 @@ def winch_path(root: Path, cable: object, i: int) -> Path:
     """Return the path of the winch of cable i: its own, or the common one."""
     own = isinstance(cable, dict) and isinstance(cable.get("winch"), dict)
     return (*root, "cables", i, "winch") if own else (*root, "winch")
+
+
+def title_of(kind: Kind) -> str:
+    """Return a description of a type of winch for messages."""
+    return f"winch.type {kind[1]} with{'' if kind[2] else 'out'} inertia"
+
+
+def idle_numbers(winch: Mapping[str, Any], kinds: Sequence[Kind]) -> Iterator[tuple[str, str]]:
+    """Yield the key and a message of each number of a winch that none of its cables uses, except defaults.
+
+    The cables must stretch; other unused numbers are no errors.
+
+    Args:
+        winch: data of the winch.
+        kinds: kinds of the cables with this winch.
+    """
+    chains = [composed(*kind) for kind in kinds]
+    if not all(chain.stretches for chain in chains):
+        return  # reported as unused: the same robot may be simulated with ideal cables
+    used = {key for chain in chains for key in keys_of_winch(chain)}
+    for number in NUMBERS.values():
+        if number.owner == "winch" and number.key not in used and winch.get(number.key) not in (None, number.default):
+            titles = " and ".join(dict.fromkeys(map(title_of, kinds)))
+            types = [
+                name if number in simple.accepted else f"{name} with inertia"
+                for name, (simple, driven) in WINCH_TYPES.items()
+                if number in driven.accepted
+            ]
+            yield number.key, f"not used by {titles}: remove it, or choose winch.type {' or '.join(types)}"
+
+
+def wrong_brake(winch: Mapping[str, Any], kinds: Sequence[Kind]) -> Iterator[tuple[str, str]]:
+    """Yield the key and a message of each number of a brake that its winch does not support."""
+    if winch.get(BRAKE.key) is None:
+        if winch.get(DELAY.key) is not None:
+            yield DELAY.key, f"delay of a brake, and the winch has none: set {BRAKE.key}, or remove it"
+        return
+    rigid = next((kind[0] for kind in kinds if not composed(*kind).stretches and kind[0] != COMMANDED), None)
+    if rigid is not None:
+        yield BRAKE.key, f"a brake needs a cable that stretches, got cable.model {rigid}: set cable.model: elastic"
+    if winch.get(DELAY.key) and any(kind[1] != TORQUE and not kind[2] for kind in kinds):
+        text = "must be 0 without an inertia: such a drum has no motion without power; set winch.inertia, or remove it"
+        yield DELAY.key, text

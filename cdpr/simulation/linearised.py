@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from cdpr.base.errors import CdprError, one_line
+from cdpr.cables import has_steppers
 from cdpr.log.recorder import BLOCK
 from cdpr.mechanics.kinematics import lengths
 from cdpr.model import rotations
@@ -131,6 +132,8 @@ def _held(scenario: Scenario, pose: Array) -> Scenario:
         raise NotLinearisedError("contacts are not linear")
     if reason := next((part.nonlinear for part in loop_parts(scenario) if part.nonlinear), ""):
         raise NotLinearisedError(reason)
+    if has_steppers(scenario.robot):
+        raise NotLinearisedError("steppers move in whole steps; winch.type: position is their limit of small steps")
     rest = {"position": pose[:3].tolist(), "orientation": {"quaternion": pose[3:].tolist()}}
     changes: dict[str, Any] = {"trajectory": {"type": "hold"}, "initial": rest, "simulation.backend": "reference"}
     changes["backend_options"] = {"reference": {"scheme": scheme}}

@@ -83,7 +83,7 @@ class Loop:
         loads = Loads(present.view("external"), parts.backend.external)
         attached = LoopBodies(parts, present, self._rebind)
         about = parts.control_step, parts.robot, self.stage, loads, parts.settings, attached, locked, present.drive
-        self.schedule = Schedule(parts.events, *about)
+        self.schedule = Schedule(parts.events, *about, self.winding.brakes)
         self._memory = Memory(parts, present, self.stage, self.schedule, self.calls)
         # Operations that observe the plant, and the first such: made once, because the geometry of pulleys is
         # expensive.

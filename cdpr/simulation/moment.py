@@ -55,7 +55,7 @@ class Memory:
         geometry = present.live.W, present.true_W
         self._live = (present.row, *geometry, *present.perceived, *present.anchors, backend.command, backend.external)
         if present.layout.has("drums"):
-            self._live += (present.drive,)
+            self._live += present.drive, present.issued
 
     def reset(self, start: Array) -> None:
         """Reset all members, the plant to the state `start` (13,)."""

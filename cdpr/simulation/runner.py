@@ -25,6 +25,7 @@ from cdpr.base.errors import (
 )
 from cdpr.log.event import Event
 from cdpr.log.header import Header
+from cdpr.log.lost_steps import LostSteps, lost_steps
 from cdpr.log.mcap_file import LOG_NAME
 from cdpr.log.recorder import Recorder
 from cdpr.log.rows import LogRows
@@ -230,6 +231,8 @@ class Runner:
             left, slack = known or left_and_slack(self.header, np.asarray(rows))
             events += limit_events(left.exceeded(), self.header)
             events += slack.events(self.header.cables)
+            lost = lost_steps(LostSteps(), self.header, np.asarray(rows)) if tally is None else tally.lost
+            events += lost.events(self.header.cables)
             events += start_events(np.asarray(rows[:1])[0], self.header, self.parts) if len(rows) else []
             closest = self._closest(rows)
             if closest is not None:

@@ -43,6 +43,7 @@ class Sample:
         seen: (13,), state that controller and tension stage use; `state` itself if no part writes it.
         seen_cables: (2, m), cable lengths, m, and rates, m/s, that the controller measures; likewise views of `row`.
         drive: (m,), commands of the plant; the tensions, if no winch takes a length or a rate and drives are ideal.
+        issued: (m,), m, unwound lengths at the end of the control period that stepper drives count.
         live: arrays of the tension stage; W is that of the perceived robot at the state `seen`.
         cables: limits and imposed tensions.
         true_W: (6, m) wrench matrix of the simulated robot.
@@ -64,6 +65,7 @@ class Sample:
         self.drive = view("drive_command") if self.layout.has("driven") else self.live.tension
         if self.layout.has("drums"):
             self.drive = np.zeros(robot.m)
+        self.issued = np.zeros(robot.m)
         self._anchors = anchors = LoopAnchors(parts)
         self._body = Body(anchors.lines(robot), robot.inertial.copy(), parts.backend.gravity, bounds)
         self._readings = ([], []) if parts.ideal_cables else self._reading()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from typing import Any
 
@@ -15,6 +15,7 @@ from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.scenario.events import ScenarioEvent, first_sample
 from cdpr.simulation.attached import AttachedBodies
+from cdpr.simulation.brakes import Brakes
 from cdpr.simulation.loads import Loads
 from cdpr.simulation.settings import Settings
 from cdpr.tension.command import CommandStage
@@ -43,6 +44,7 @@ class Schedule:
         attached: bodies on the platform.
         locked: (m,), True for cables that the distribution has locked; written.
         applied: (m,), N, tensions that drives apply to ideal cables; by default those of the stage.
+        brakes: brakes of the winches.
     """
 
     def __init__(
@@ -56,8 +58,9 @@ class Schedule:
         attached: AttachedBodies | None = None,
         locked: NDArray[np.bool_] | None = None,
         applied: Array | None = None,
+        brakes: Brakes | None = None,
     ) -> None:
-        self._stage, self._step = stage, step
+        self._stage, self._step, self._brakes = stage, step, brakes
         self._applied = stage.live.tension if applied is None else applied
         self._settings, self._attached = settings, attached
         self._loads = loads
@@ -96,7 +99,14 @@ class Schedule:
         """Return an event (kept alive, identified by its id), its wrench, and its actions."""
         swing = event.wrench_profile(self._step)
         row = None if swing is None else (swing.first, swing.end, swing.angle, swing.phase, *swing.amplitude)
-        return event, row, [(time, partial(do, self)) for time, do in event.actions(self._step)]
+        return event, row, list(self._actions(event))
+
+    def _actions(self, event: ScenarioEvent) -> Iterator[tuple[float, Action]]:
+        """Yield the actions of an event with their times, s; brakes close after a power cut."""
+        for time, do in event.actions(self._step):
+            yield time, partial(do, self)
+            if event.cuts_power and self._brakes is not None:
+                yield from self._brakes.closing(time)
 
     def distribute(self) -> None:
         """Distribute by the stage, with the effects of events."""
@@ -156,9 +166,9 @@ class Schedule:
 
     def join(self, event: ScenarioEvent, k: int) -> None:
         """Apply at sample k an event that was added after the other events of that sample."""
-        for time, do in sorted(event.actions(self._step), key=lambda row: row[0]):
+        for time, do in sorted(self._actions(event), key=lambda row: row[0]):
             if first_sample(time, self._step) == k:
-                do(self)
+                do()
 
     def can_undo(self, k: int) -> bool:
         """Return True if a body attached at sample k can be removed at this sample, as if it had never been there."""
@@ -203,10 +213,12 @@ class Schedule:
                     row[free] = value
 
     def cut_power(self) -> None:
-        """Cut the power: only jammed cables keep their tension."""
+        """Cut the power: only jammed cables and those with a brake keep their tension."""
         held = self._stage.cables.held
         held[np.isnan(held)] = 0.0
         self._power, self._imposing = False, True
+        if self._brakes is not None:
+            self._brakes.cut()
 
     def set(self, key: str, value: Any) -> None:
         """Change an option of a plugin, if there are plugins."""

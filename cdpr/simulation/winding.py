@@ -8,8 +8,10 @@ from cdpr.cables import RATE, commands_of, takes_lengths
 from cdpr.cables.tables import command_kinds
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.native.bind import bind
+from cdpr.simulation.brakes import Brakes
 from cdpr.simulation.parts import Parts
 from cdpr.simulation.sample import Sample
+from cdpr.simulation.steppers import Steppers
 from cdpr.tension.command import CommandStage
 from cdpr.tension.operations import Operation
 from cdpr.tension.stage import TensionStage
@@ -27,12 +29,14 @@ class Winding:
 
     Attributes:
         drive: (m,), commands of the plant, live: the tensions that drives apply, if all winches take tensions.
+        brakes: brakes of the winches.
         start: (m,), N, tensions before the start of winches that take rates from the controller.
     """
 
     def __init__(self, parts: Parts, present: Sample) -> None:
         self._parts, self._present = parts, present
         self._active = takes_lengths(parts.robot)
+        self.brakes = Brakes(parts.robot, parts.backend)
         self.start = np.zeros(parts.robot.m)
         self._reading: list[Operation] = []
         self._placing: list[Operation] = []
@@ -56,6 +60,11 @@ class Winding:
         if present.layout.has("driven"):
             driven = bind("drive_winches", **self._given, applied=view("drive_command"))
             self._applying.append(Operation("drives", driven, telling=True))
+        given = view("drive_command") if present.layout.has("driven") else self.command
+        self._steppers = Steppers(parts, present, self.brakes.torque, given, self.drive)
+        self.brakes.commands = self.command, self.drive
+        if self.brakes:
+            self._wind = self._wind._replace(when=self.brakes.powered)
 
     def stage(self) -> WinchStage:
         """Return the stage for commands of the winches."""
@@ -65,12 +74,12 @@ class Winding:
 
     def reading(self) -> list[Operation]:
         """Return the operations before a stage, which read the winches."""
-        return [*self._placing, *self._reading]
+        return [*self._placing, *self._reading, *(self._steppers.counting if self._active else ())]
 
     def commanding(self, stage: Stage) -> list[Operation]:
         """Return the operations after a stage, which write the commands of the winches and apply them."""
         winding = [self._wind] if self._active and not isinstance(stage, WinchStage) else []
-        return [*winding, *self._applying]
+        return [*winding, *self._applying, *(self._steppers.issuing if self._active else ())]
 
     def starting(self, stage: Stage) -> list[Operation]:
         """Return the operations after the plant has evaluated its cables.
@@ -80,7 +89,7 @@ class Winding:
         if not self._active:
             return []
         winding = stage.operations if isinstance(stage, WinchStage) else [self._wind]
-        starting = [each._replace(telling=False) for each in (*winding, *self._applying)]
+        starting = [each._replace(telling=False) for each in (*winding, *self._applying, *self._steppers.issuing)]
         return [*self._reading, self._only_at_start(len(starting)), *starting]
 
     def _only_at_start(self, count: int) -> Operation:

@@ -12,8 +12,8 @@ from cdpr.cables.servo import POSITION_SERVO, VELOCITY_SERVO
 from cdpr.cables.tables import SPAN
 from cdpr.native.bind import bind
 
-LOW = [5.0, 0.1, 0.0, 1.0, 1.0, 0.5, 0.0]  # numbers of `servo.LOOPS`: such limits act in some of the samples
-HIGH = [50.0, 2.0, 50.0, 100.0, 500.0, 30.0, 0.01]
+LOW = [0.1, 0.0, 1.0, 1.0, 0.5, 0.0, 5.0]  # `servo.LOOPS` and gain: such limits act in some of the samples
+HIGH = [2.0, 50.0, 100.0, 500.0, 30.0, 0.01, 50.0]
 
 
 class Drive(Sample):
@@ -23,7 +23,7 @@ class Drive(Sample):
         super().__init__(seed, winch, ELASTIC)
         rng = np.random.default_rng(seed + 1000)
         self.loops = rng.uniform(LOW, HIGH, (M, len(LOW)))
-        self.loops[::2, -1] = 0.0  # without a lag
+        self.loops[::2, -2] = 0.0  # without a lag
         chains = self.given["chains"].copy()
         chains[:, 3 : 3 + 5] = self.drum
         if winch in (POSITION_SERVO, VELOCITY_SERVO):
@@ -68,7 +68,7 @@ def test_servos(winch):
         sample.winch[:] = np.column_stack([sample.unwound, w, z, tau]).ravel()
         bind("step_winches", **sample.given, step=STEP)()
         r, inertia = sample.drum.T[:2]
-        kp, kv, ki, w_max, a_max, tau_max, lag = sample.loops.T
+        kv, ki, w_max, a_max, tau_max, lag, kp = sample.loops.T
         wanted = kp * (sample.unwound - sample.command) / r if winch is POSITION_SERVO else -sample.command / r
         error = np.clip(wanted, -w_max, w_max) - w
         free = np.clip(kv * error, -inertia * a_max, inertia * a_max) + z

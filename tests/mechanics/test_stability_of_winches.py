@@ -71,6 +71,8 @@ def on_servos(**winch):
         "trajectory": {"type": "hold"},
         "controller": {"type": "inverse_kinematics", "flex_compensation": True},
     }
+    if winch["type"] == "torque":
+        data["controller"] = {"type": "computed_torque"}
     return cdpr.load_scenario(data)
 
 
@@ -82,6 +84,21 @@ SERVOS = {
     "velocity": {"type": "velocity", **DRUM, "velocity_gain": 10.0},
     "ideal": {"type": "position"},
 }
+STEPPER = {"type": "stepper", "drum_radius": 0.05, "stall_torque": 20.0, "steps_per_turn": 100.0}
+
+
+def test_a_stepper_adds_the_slope_of_its_torque():
+    """With an inertia; without, its lengths do not depend on the motion."""
+    ideal, fixed, rotor = (
+        stability.oscillator(scenario.robot, scenario.initial.state()).K
+        for scenario in (on_servos(**each) for each in (SERVOS["ideal"], STEPPER, STEPPER | {"inertia": 0.002}))
+    )
+    assert np.array_equal(fixed, ideal)
+    free = on_servos(type="torque", **DRUM)
+    free = stability.oscillator(free.robot, free.initial.state()).K
+    full_step = 2.0 * np.pi / 100.0  # rad
+    expected = np.diag([0.0] * 3 + [0.5 * np.pi * 20.0 / (full_step * 0.05**2)] * 4)
+    np.testing.assert_allclose(rotor - free, expected, rtol=1e-12, atol=1e-9)
 
 
 @pytest.mark.parametrize("name", SERVOS)

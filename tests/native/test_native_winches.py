@@ -70,6 +70,7 @@ def plants(rng, kinds, pulleys, free, geared=False):
         "at_winch": np.ones((EACH, M)),
     }
     exits = np.arange(M) % 2 if pulleys else np.zeros(M)
+    given["brakes"] = rng.choice([-1.0, -1.0, 0.0, 5.0], (EACH, M))
     tables = {"kinds": np.column_stack([kinds, exits]), "places": places}
     return given, before, {name: table.astype(np.int64) for name, table in tables.items()}
 

@@ -220,10 +220,10 @@ def test_the_map_drives_the_true_winch_if_the_nominal_one_is_a_servo():
 @pytest.mark.parametrize("kind", ["position", "velocity"])
 def test_power_cuts_are_rejected(kind, category):
     stop = {"events": [{"type": "emergency_stop", "time": 0.5, "category": category}]}
-    with pytest.raises(cdpr.CdprError, match=rf"a power cut is not supported with robot\.winch\.type {kind}: set cat"):
+    with pytest.raises(cdpr.CdprError, match=rf"and robot\.winch\.type is {kind}: set robot\.winch\.brake_torque"):
         camera(winch={"type": kind}, **stop)
     one = {"robot.cables[0].winch": {"type": kind}, "controller": {"type": "computed_torque"}}
-    with pytest.raises(cdpr.CdprError, match=rf"not supported with robot\.cables\[0\]\.winch\.type {kind}"):
+    with pytest.raises(cdpr.CdprError, match=r"set robot\.cables\[0\]\.winch\.brake_torque"):
         camera(winch=TORQUE, **one, **stop)
 
 
@@ -233,13 +233,17 @@ def test_a_stop_that_holds_the_pose_is_supported():
     assert np.ptp(run.winch_command[-100:], axis=0).max() < AT_REST
 
 
-def test_numbers_that_no_winch_uses_are_reported():
+def test_numbers_that_no_winch_uses_are_rejected():
     """Without an inertia, a drive is ideal and has no gains."""
     gains = {"velocity_gain": 1.0, "torque_max": 5.0}
-    assert set(camera(winch={"type": "position", **gains}).unused) == {f"robot.winch.{key}" for key in gains}
+    with pytest.raises(cdpr.CdprError) as caught:
+        camera(winch={"type": "position", **gains})
+    for key in gains:
+        assert f"robot.winch.{key}: not used by winch.type position without inertia: remove it" in str(caught.value)
     assert camera(winch=SERVO).unused == ()
     one = {"robot.cables[1].winch": TORQUE | gains, "controller": {"type": "computed_torque"}}
-    assert set(camera(winch=SERVO, **one).unused) == {f"robot.cables[*].winch.{key}" for key in gains}
+    with pytest.raises(cdpr.CdprError, match=r"robot\.cables\[1\]\.winch\.torque_max: not used by winch\.type torque"):
+        camera(winch=SERVO, **one)
 
 
 class Observer(cdpr.plugins.Controller):

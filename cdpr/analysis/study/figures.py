@@ -6,7 +6,15 @@ from collections.abc import Mapping
 from typing import Any
 
 # keys with a column of their own, given by an axis, not numeric, or machine-dependent
-BESIDES = ("status", "believed", "clearance_min_by", "slack_intervals", "passed", "real_time_factor")
+BESIDES = (
+    "status",
+    "believed",
+    "clearance_min_by",
+    "slack_intervals",
+    "lost_steps_intervals",
+    "passed",
+    "real_time_factor",
+)
 
 # All possible figures; reserved, so that no axis has the same name.
 FIGURES = (
@@ -26,6 +34,7 @@ FIGURES = (
     "cable_tension_min_N",  # if the cables are not ideal
     "cable_tension_max_N",
     "slack_samples",
+    "lost_steps",  # if the robot has stepper motors
     "residual_max_N",
     "margin_min_N",
     "clearance_min_m",  # if all cables have diameters

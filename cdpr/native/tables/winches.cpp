@@ -1,6 +1,7 @@
 // Plants with winches: tensions, and the steps of their winches. SPDX-License-Identifier: Apache-2.0
 #include <cdpr/group.hpp>
 #include <cdpr/mechanics/winches.hpp>
+#include <cdpr/simulation/steppers.hpp>
 #include <cdpr/tension/winding.hpp>
 #include <cdpr_backends/reference_winches.hpp>
 
@@ -17,6 +18,8 @@ static constexpr cdpr_entry entries[] = {
     entry<Winding, wind>("wind_commands"),
     entry<AppliedCommands, drive_winches>("drive_winches"),
     entry<WinchCommand, take_winch_command>("take_winch_command"),
+    entry<StepCounting, count_steps>("count_steps"),
+    entry<StepIssue, issue_steps>("issue_steps"),
 #ifndef CDPR_ALONE
     entry<Plant<Lanes>, settle_winches<Lanes>>("settle_winches_lanes"),
     entry<WinchStep<Lanes>, step_winches<Lanes>>("step_winches_lanes"),

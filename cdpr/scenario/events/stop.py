@@ -30,8 +30,8 @@ class EmergencyStop(ScenarioEvent):
         ge=0,
         le=2,
         description="stop category of IEC 60204-1: 2 slows down along the path, then holds the pose; 1 does so and "
-        "then cuts the power; 0 cuts it at once. Without power all tensions are 0, and the controller and the "
-        "distribution are off",
+        "then cuts the power; 0 cuts it at once. Without power the controller and the distribution are off, and only "
+        "winches with a brake (`brake_torque`) hold their cables. Winches that hold lengths need one",
     )
     stopping_time: Positive = Field(
         0.5,
@@ -73,7 +73,7 @@ class EmergencyStop(ScenarioEvent):
         yield Event(first_sample(self.time, step) * step, self.type, text)
         if self.cuts_power:
             off = first_sample(self._power_off(step), step) * step
-            yield Event(off, "power_off", "the drives have no power: only jammed cables have tension")
+            yield Event(off, "power_off", "the drives have no power: only jammed cables and brakes hold a tension")
 
     def _power_off(self, step: float) -> float:
         """Return the time of the power cut, s."""

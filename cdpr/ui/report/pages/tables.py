@@ -100,6 +100,8 @@ def _true(figures: dict[str, Any]) -> list[tuple[str, str]]:
     if figures.get("slack_samples"):
         count = len(figures["slack_intervals"])
         rows.append(("Samples with slack cables; intervals", f"{figures['slack_samples']}; {count}"))
+    if "lost_steps" in figures:
+        rows.append(("Lost full steps of steppers", str(figures["lost_steps"])))
     return rows
 
 

@@ -36,6 +36,8 @@ def reservations(run: Run) -> Iterator[str]:
             yield f"{bad} of {total} samples had {kind.words} than allowed"
     if (bad := figures.get("slack_samples")) and not run.header.ideal_cables:
         yield f"{bad} of {total} samples had slack cables"
+    if bad := figures.get("lost_steps"):
+        yield f"the steppers lost {bad} full steps"
     if passed := figures.get(PASSED):
         yield f"{passed}, where its force reverses within a step: results are not reliable"
     if (gap := figures.get("clearance_min_m", 0.0)) < 0.0:
