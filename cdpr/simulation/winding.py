@@ -63,8 +63,6 @@ class Winding:
         given = view("drive_command") if present.layout.has("driven") else self.command
         self._steppers = Steppers(parts, present, self.brakes.torque, given, self.drive)
         self.brakes.commands = self.command, self.drive
-        if self.brakes:
-            self._wind = self._wind._replace(when=self.brakes.powered)
 
     def stage(self) -> WinchStage:
         """Return the stage for commands of the winches."""
@@ -79,6 +77,8 @@ class Winding:
     def commanding(self, stage: Stage) -> list[Operation]:
         """Return the operations after a stage, which write the commands of the winches and apply them."""
         winding = [self._wind] if self._active and not isinstance(stage, WinchStage) else []
+        if self.brakes:  # without power, commands do not change
+            winding = [each._replace(when=self.brakes.powered) for each in winding]
         return [*winding, *self._applying, *(self._steppers.issuing if self._active else ())]
 
     def starting(self, stage: Stage) -> list[Operation]:
