@@ -192,7 +192,7 @@ def cdpr_backends() -> list[PluginInfo]:
     return [
         PluginInfo(
             name="reference",
-            factory="cdpr_backends.reference:make",
+            factory="cdpr_backends.reference_schemes:make",
             summary="cdpr's own integrator, Runge-Kutta of fourth order; `cdpr compare` compares other engines with it",
             properties={
                 "order": 4,

@@ -218,7 +218,7 @@ def immediate(robot: Robot) -> bool:
 
 def rubs(robot: Robot) -> bool:
     """Return True if some cable loses tension by friction on its exit."""
-    return any(isinstance(cable.exit, Exit) and cable.exit.rubs for cable in robot.cables)
+    return any(cable.exit is not None and cable.exit.rubs for cable in robot.cables)
 
 
 def bends(robot: Robot) -> bool:

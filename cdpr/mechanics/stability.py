@@ -176,7 +176,7 @@ def _losses_on_exits(robot: Robot, state: Array, still: Array, W: Array) -> Arra
     ]
     weight = required_wrench(robot, still, GRAVITY)[robot.rows]
     tension = np.maximum(np.linalg.lstsq(W, weight, rcond=None)[0], robot.tension_min)
-    return np.array(slopes) * tension
+    return np.asarray(np.array(slopes) * tension)
 
 
 def shortest_lag(robot: Robot) -> float:

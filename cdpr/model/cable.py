@@ -27,6 +27,13 @@ class CableExit(Protocol):
     def type(self) -> str:
         """Name of its kind in `cdpr.cables`."""
 
+    @property
+    def rubs(self) -> bool:
+        """True if friction changes the tension on it."""
+
+    def damping(self, frame: Sequence[float], tip: Sequence[float]) -> float:
+        """Return the damping by friction at rest, per tension, s/m, of a cable from `frame` to `tip`."""
+
     def numbers(self) -> Sequence[float]:
         """Return the numbers of its kernel."""
 

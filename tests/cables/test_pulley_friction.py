@@ -211,6 +211,7 @@ def test_exits_are_kept_in_headers():
         ({"bearing_friction": 2.0, "bearing_radius": 0.05}, r"below the radius of the pulley, 0.1 \(m\), got 0.1"),
         ({"friction_speed": 0.1}, "friction_speed needs friction or bearing_friction"),
         ({"friction": -0.1}, "friction"),
+        ({"friction": 10.5}, "must be at most 10"),
     ],
 )
 def test_impossible_friction_is_an_error(keys, message):

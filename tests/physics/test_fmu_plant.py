@@ -11,7 +11,7 @@ from fmu.driver import Driver, FMICallException
 
 from cdpr.mechanics.kinematics import wrench_matrix
 from cdpr.native.rotations import multiply, rotation_vector
-from cdpr_backends.reference import make
+from cdpr_backends.reference_schemes import make
 
 # m, rad and their rates, over one second without control: what the rounding of other operations grows to. Most cases
 # agree to the bit.

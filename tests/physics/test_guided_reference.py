@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 from cdpr.mechanics.kinematics import make_state
 from cdpr.model import rotations
 from cdpr.scenario import load_robot
-from cdpr_backends.reference import make
+from cdpr_backends.reference_schemes import make
 
 EXACT = 1e-9  # of an adaptive integrator of order eight at its tightest
 ROUND_OFF = 1e-12  # of engines, which multiply what is held by zeros: m, rad and their rates after 300 steps

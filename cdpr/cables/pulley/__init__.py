@@ -50,7 +50,8 @@ ALWAYS_LEFT_OUT = depends("pulleys are left out")
 OUTLINE = 32  # corners of the drawn circle
 
 FRICTION_SPEED = 0.01  # m/s
-NO_LIMIT = 1e300  # coefficient of what never slips or turns
+NO_SLIP = 100.0  # coefficient of a groove in which no cable slips: far more than any wheel resists
+FIXED = 1e300  # k of a wheel that does not turn
 
 UP: Vector3 = (0.0, 0.0, 1.0)
 
@@ -75,6 +76,7 @@ class Pulley(Exit):
 
     friction: NonNegative | None = Field(
         None,
+        le=10.0,
         description="coefficient of friction between cable and groove, for a guide that does not turn; default: the "
         "cable does not slip",
     )
@@ -115,7 +117,8 @@ class Pulley(Exit):
     @property
     def rubs(self) -> bool:
         """True if friction changes the tension."""
-        return 0.0 < min(self._coefficients()) < NO_LIMIT
+        groove, bearing = self._coefficients()
+        return 0.0 < min(groove, bearing) < NO_SLIP
 
     def damping(self, frame: Sequence[float], tip: Sequence[float]) -> float:
         """Return the derivative of log(T_platform / T_winch) with the speed at rest, s/m."""
@@ -130,10 +133,10 @@ class Pulley(Exit):
         return loss / (self.friction_speed or FRICTION_SPEED)
 
     def _coefficients(self) -> tuple[float, float]:
-        """Return mu and k; NO_LIMIT for a cable that does not slip or a wheel that does not turn."""
-        groove = NO_LIMIT if self.friction is None else self.friction
+        """Return mu and k; NO_SLIP for a cable that does not slip, FIXED for a wheel that does not turn."""
+        groove = NO_SLIP if self.friction is None else self.friction
         if self.bearing_friction is None or self.bearing_radius is None:
-            return groove, NO_LIMIT
+            return groove, FIXED
         return groove, self.bearing_friction * self.bearing_radius / self.radius
 
     def turned(self, R: NDArray[np.float64]) -> Self:

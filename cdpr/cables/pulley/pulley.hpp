@@ -2,8 +2,8 @@
 //
 // Geometry, derivation and sources: the docstring of this package. World axes, SI units. `numbers`: radius, unit vector
 // of the axis, and a unit vector perpendicular to it for points on the axis, which do not determine a plane. With
-// friction, further: coefficient mu of the groove and k of the bearing, 1e300 for one that does not
-// move; 1 / friction speed, s/m.
+// friction, further: coefficient mu of the groove; k of the bearing, above 1 for one that does not turn; 1 / friction
+// speed, s/m.
 #pragma once
 
 #include <cdpr/cables/exit_result.hpp>
