@@ -10,11 +10,13 @@ from numpy.typing import ArrayLike
 
 from cdpr.cables.drum import RADIUS
 from cdpr.cables.tables import home_lengths, transmission_numbers
-from cdpr.cables.transmission import GROWTH, KERNEL
+from cdpr.cables.transmission import GROWTH, KERNEL, REEVING
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.arrays import real
 from cdpr.native.bind import bind
+
+EMPTY = 0.1  # share of the radius at the home pose, of a drum that grows
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,11 +89,11 @@ def unwound_lengths(robot: Robot, angles: ArrayLike) -> Array:
 
 
 def emptied(robot: Robot, lengths: Array) -> str:
-    """Return a message on the first drum that is empty with these unwound lengths (m,) [m]; "" if none is."""
+    """Return a message on the first drum that is nearly empty with unwound lengths (m,) [m]; "" if none is."""
     still = np.zeros((1, robot.m))
     per_turn = drum_motion(robot, lengths[None], still, still).per_turn[0]
-    for cable, length, radius in zip(robot.cables, lengths.tolist(), per_turn.tolist(), strict=True):
-        if GROWTH.of(cable, 0.0) > 0.0 and not radius > 0.0:
+    for cable, length, each in zip(robot.cables, lengths.tolist(), per_turn.tolist(), strict=True):
+        if GROWTH.of(cable, 0.0) > 0.0 and not each * REEVING.of(cable) > EMPTY * RADIUS.of(cable):
             return (
                 f"cable '{cable.name}': its drum is empty at a length of {length:.4g} m, as its radius shrinks with "
                 f"{GROWTH.name}: expected a larger {RADIUS.name} at the home pose, or less growth"

@@ -6,6 +6,8 @@ import math
 
 import numpy as np
 
+from cdpr.cables.drums import emptied
+from cdpr.mechanics.kinematics import lengths
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.model.rotations import from_axis_angle, matrix, multiply
@@ -39,6 +41,8 @@ def fault_message(
     if fault == NOT_FINITE and before is not None and np.isfinite(before).all():
         way = next(filter(None, (without_length(robot, _after(before, share * period)) for share in AHEAD)), "")
         cause = f"; {FAULTS[NO_LENGTH]} along the motion of the platform{way}" if way else ""
+        if not cause and (empty := emptied(robot, lengths(robot, before))):
+            cause = f"; {empty}"
         return f"{FAULTS[fault]}{cause} (the sample before: {_brief(before)})"
     whose = {NO_LENGTH: robot, NO_LENGTH_NOMINAL: perceived}.get(fault)
     which = "" if whose is None else without_length(whose, state)
