@@ -282,14 +282,6 @@ def test_cables_that_sag_need_a_pretension():
     assert cdpr.simulate(scenario, overrides={"controller.pretension": 100.0}).status == "finished"
 
 
-def test_exports_without_such_commands_are_rejected(tmp_path):
-    for to in ("native",):
-        with pytest.raises(
-            cdpr.CdprError, match=r"the command of a cable is a tension there; set winch\.type to torque"
-        ):
-            cdpr.export(camera(), to, out=tmp_path / to)
-
-
 class TooHigh(cdpr.plugins.Controller):
     """One line at a tension beyond its limits from 0.01 s on, the others at constant lengths."""
 
