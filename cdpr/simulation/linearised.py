@@ -34,7 +34,8 @@ EULER, RK4 = "semi_implicit_euler", "rk4"
 # Differences, relative to the scale of each coordinate: with a step and half of it, extrapolated. A step is reduced
 # until both agree, because cables that become slack and friction limit the range in which the loop is linear.
 STEP = 1e-4
-REDUCTIONS = 6  # each by ten
+LEAST = 1e-9
+ROUND_OFF = 1e-15  # of a difference
 AGREE = 1e-8  # of two differences, relative to the derivative, and to 1 if that is larger
 SMOOTH = 1e-3  # likewise; above it the map has no derivative
 CORNER = 1e-5  # difference of the derivatives to both sides, likewise; smaller ones are curvature
@@ -254,15 +255,16 @@ class _Period:
         """Return the mean derivative by coordinate j, and half the difference of those to both sides."""
         best, found, corner = np.inf, here, here
         used = step = min(STEP, 10.0 * self._used)  # the ranges of neighbours are similar
-        for _ in range(REDUCTIONS):
+        while step >= LEAST:
             up, down = self._sides(function, x, j, step)
             near, far = self._sides(function, x, j, 0.5 * step)
             whole, half = (up - down) / (2.0 * step), (near - far) / step
             size = max(1.0, float(np.abs(half).max()))
             apart = float(np.abs(whole - half).max()) / size
-            if apart < best:
-                best, found, used, corner = apart, (4.0 * half - whole) / 3.0, step, (up + down - 2.0 * here) / step
-            if best <= AGREE:
+            if apart + ROUND_OFF / step < best:
+                best, used, found = apart + ROUND_OFF / step, step, (4.0 * half - whole) / 3.0
+                corner = (up + down - 2.0 * here) / step
+            if apart <= AGREE:
                 break
             step *= 0.1
         self._used = used
@@ -272,8 +274,9 @@ class _Period:
                 "resolution acts"
             )
         if np.abs(corner).max() > CORNER * size:  # or a curve, which vanishes with the step
-            up, down = self._sides(function, x, j, 0.01 * used)
-            corner = (up + down - 2.0 * here) / (0.01 * used)
+            step = max(0.01 * used, LEAST)
+            up, down = self._sides(function, x, j, step)
+            corner = (up + down - 2.0 * here) / step
         return found, np.where(np.abs(corner) > CORNER * size, 0.5 * corner, 0.0)
 
     @staticmethod

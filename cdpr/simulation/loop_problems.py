@@ -70,7 +70,8 @@ def _remedies(scenario: Scenario, pose: Array) -> str:
     kinds = _gains(scenario), _steps(scenario), _damping(scenario), _servos(scenario)
     working = [text for kind in kinds if (text := _first(scenario, pose, kind))]
     if not working:
-        return "no stable gains were found: give more robot.cable.damping, or friction to robot.winch"
+        more = "" if scenario.ideal_cables else ": give more robot.cable.damping, or friction to robot.winch"
+        return f"no stable gains were found{more}"
     return f"it is stable with {', or with '.join(working)}"
 
 

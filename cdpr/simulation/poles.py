@@ -21,7 +21,7 @@ from cdpr.simulation.columns import chosen_plugins
 from cdpr.simulation.linearised import Linearised, linearise
 
 # Multiple eigenvalues, as those of critical damping, are known only to the root of the error of the derivatives.
-RESOLVED = 1e-6  # of |z|: smaller growth and decay are not resolved
+RESOLVED = 1e-5  # of |z|: smaller growth and decay are not resolved
 ENDED = 1e-4  # of z: smaller ones, as those of held commands, end within a period
 REPEATED = 0.02  # relative difference of poles that are printed as one
 MOVES = 0.5  # share of the largest motion in a mode from which a coordinate is named

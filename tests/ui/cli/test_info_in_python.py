@@ -15,7 +15,7 @@ from cdpr.log.run_json import to_json
 PAGE = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
 SECTION = PAGE[PAGE.index("## Figures of a robot and a motion") :]
 CODE = SECTION[SECTION.index("```python\n") + 10 : SECTION.index("\n```\n")]
-ROWS = dict(re.findall(r"^\| `([a-z]+\.[\w.\[\]]+)` \| `(.+)` \|$", SECTION, re.MULTILINE))
+ROWS = dict(re.findall(r"^\| `([a-z_]+\.[\w.\[\]]+)` \| `(.+)` \|$", SECTION, re.MULTILINE))
 WHOLE = ("least", "tools_m", "shape_m", "believed", "bandwidth_Hz")  # figures that are dicts themselves
 
 
@@ -24,7 +24,7 @@ def leaves(figures, name=""):
     if isinstance(figures, dict) and name.rpartition(".")[2] not in WHOLE:
         for key, value in figures.items():
             yield from leaves(value, f"{name}.{key}" if name else key)
-    elif isinstance(figures, list) and figures and isinstance(figures[0], dict) and not name.endswith("believed"):
+    elif isinstance(figures, list) and figures and isinstance(figures[0], dict) and not name.endswith(("believed", "poles")):
         for key in figures[0]:
             yield f"{name}[].{key}", [each[key] for each in figures]
     else:

@@ -16,6 +16,7 @@ VERDICTS = {
     "undecided": "undecided: tensions have a corner at this pose, and the loop differs on its two sides",
 }
 MOST = 12  # poles that are printed, the slowest first
+ROUND_OFF = 1e-6  # of |s|: smaller imaginary parts are not printed
 OFFSET = 1e-6  # m and rad: smaller distances at rest are not printed
 
 
@@ -79,7 +80,8 @@ def _distance(one: dict[str, Any], other: dict[str, Any]) -> float:
 
 def _pole(pole: dict[str, Any]) -> str:
     turning = pole["imaginary_rad_per_s"]
-    return f"{pole['real_per_s']:.4g}" + (f" +- {turning:.4g}i" if turning else "")
+    vibrates = turning > ROUND_OFF * 2.0 * math.pi * pole["frequency_Hz"]
+    return f"{pole['real_per_s']:.4g}" + (f" +- {turning:.4g}i" if vibrates else "")
 
 
 def _time(real: float) -> str:
