@@ -86,11 +86,11 @@ def complete(found: Imported, printer: Printer, file: str, given: tuple[float, f
         for text, missing in (
             (f"the mass of the effector, {MASS:g} kg", printer.mass is None),
             (f"the axial stiffness of the lines, {STIFFNESS:g} N", printer.stiffness is None),
-            (f"their damping, {DAMPING:g} N s/m", True),
+            (f"the damping of the lines, {DAMPING:g} N s/m", True),
         )
         if missing
     ]
-    found.warnings.append(f"{file}: assumed, because the file does not define them: {', '.join(assumed)}")
+    found.warnings.append(f"{file}: assumed, because the file does not define them: {'; '.join(assumed)}")
     if given is None and (printer.low is None or printer.high is None):
         low, high = found.robot["tension"]["min"], found.robot["tension"]["max"]
         found.warnings.append(f"{file}: assumed tension limits: {low} to {high} N; --tension MIN,MAX sets others")
