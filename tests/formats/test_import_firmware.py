@@ -234,7 +234,7 @@ def test_files_that_are_no_text_or_too_large(tmp_path, name):
     robot, _ = imported(tmp_path, b"\xef\xbb\xbf; \xb5m \xff\n" + text.replace("\n", "\r\n").encode(), name)
     assert len(robot.cables) == 4
     for content, said in (
-        (text.encode("utf-16"), "unknown format"),
+        (text.encode("utf-16"), "unknown format; .*; this is text in UTF-16: save it as UTF-8"),
         (bytes(range(256)) * 99, "unknown format"),
         (text.encode() + b" " * 2**24, "larger than 16 MiB"),
     ):
