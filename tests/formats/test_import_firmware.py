@@ -10,6 +10,8 @@ from firmware_cases import KLIPPER, RRF
 
 import cdpr
 from cdpr.base.errors import CdprError, FormatError
+from cdpr.cables.drums import drum_motion
+from cdpr.cables.tables import home_lengths
 from cdpr.formats import import_file
 from cdpr.formats.read import gcode_commands, klipper, reprap
 from cdpr.formats.read.import_files import write
@@ -39,17 +41,16 @@ def test_the_numbers_of_reprapfirmware(tmp_path):
     assert robot.platform.mass == 1.5
     assert robot.tension_min.tolist() == [5, 5, 5, 0]
     assert robot.tension_max.tolist() == [80, 80, 80, 120]
-    radii = [0.075546 / 2, 0.075659 / 2, 0.076128 / 2, 0.075192 / 4]  # spool over mechanical advantage
+    radii = [0.075546, 0.075659, 0.076128, 0.075192]
     np.testing.assert_allclose([cable.winch.drum_radius for cable in robot.cables], radii, rtol=1e-12)
+    own = {"drum_growth": [0.000128181] * 4, "lines": [1] * 4, "reeving": [2, 2, 2, 4], "gear_ratio": [12.75] * 4}
+    for key, values in own.items():
+        np.testing.assert_allclose([cable.winch.own.get(key, 1) for cable in robot.cables], values, rtol=1e-12)
     assert {cable.winch.type for cable in robot.cables} == {"position"}
     assert cdpr.cables.commands_of(robot) == ["length"] * 4
     for key in (
         "M669 P",
         "M669 S",
-        "M666 Q",
-        "M666 O",
-        "M666 L",
-        "M666 H",
         "M666 J",
         "M203",
         "M98",
@@ -70,6 +71,26 @@ def test_the_stretch_is_that_of_the_firmwares_flex_compensation(tmp_path):
     assert min(flex) > 1e-4
 
 
+def test_drums_turn_as_the_firmware_turns_its_spools(tmp_path):
+    robot, _ = imported(tmp_path, RRF.replace("O1:1:1:1", "O1:2:1:1"))
+    change = np.array([0.4, -0.3, 0.2, -0.5])  # m, of the distances between anchors and nozzle
+    still = np.zeros((1, 4))
+    drums = drum_motion(robot, (home_lengths(robot) + change)[None], still, still)
+    # HangprinterKinematics::CartesianToMotorSteps, mm: k0 (sqrt(R^2 + x k2) - R), with k2 = -U O Q and
+    # k0 = 2 U J H / (2 pi L k2).
+    R, falls, lines = np.array([75.546, 75.659, 76.128, 75.192]), np.array([2, 2, 2, 4]), np.array([1, 2, 1, 1])
+    k2 = -falls * lines * 0.128181
+    steps = 2 * falls * 25 * 255 / (2 * np.pi * 20 * k2) * (np.sqrt(R**2 + 1000 * change * k2) - R)
+    np.testing.assert_allclose(drums.angle[0], -steps / 25 * 2 * np.pi * 20 / 255, rtol=1e-9)
+
+
+def test_parameters_without_radii_are_reported(tmp_path):
+    robot, found = imported(tmp_path, RRF.replace(" R75.546:75.659:76.128:75.192", ""))
+    assert np.isnan(robot.cables[0].winch.drum_radius)
+    for key in ("M666 Q: not imported", "M666 U: not imported", "M666 H: not imported", "no radii of spools"):
+        assert key in told(found), key
+
+
 def test_older_versions_have_the_spools_in_m669(tmp_path):
     text = (
         "M669 K6\nM669 J25:25:25:25\nM669 U2:2:2:2\nM669 O1:1:1:1\nM669 G10:10:10:10 H255:255:255:255\n"
@@ -78,11 +99,12 @@ def test_older_versions_have_the_spools_in_m669(tmp_path):
     )
     robot, found = imported(tmp_path, text)
     np.testing.assert_allclose(robot.cables[3].frame, [0, 0, 2.30954], atol=1e-12)
-    assert robot.cables[1].winch.drum_radius == pytest.approx(0.065395 / 2, rel=1e-12)
+    assert robot.cables[1].winch.drum_radius == pytest.approx(0.065395, rel=1e-12)
+    assert robot.cables[1].winch.own["gear_ratio"] == 25.5
     assert robot.platform.mass == 2.0
     assert robot.tension_max.tolist() == [70] * 4
     for key in ("mass of the effector, 2 kg", "axial stiffness of the lines, 20000 N", "tension limits: 0.0 to 70.0 N",
-                "M666 X: adjustment of an end stop", "M669 G: teeth", "M669 J: steps"):  # fmt: skip
+                "M666 X: adjustment of an end stop", "M669 J: steps"):  # fmt: skip
         assert key in told(found), key
 
 
@@ -124,6 +146,14 @@ def test_the_numbers_of_klipper(tmp_path):
         assert key in told(found), key
 
 
+def test_gears_of_klipper(tmp_path):
+    robot, _ = imported(tmp_path, KLIPPER.replace("microsteps: 16", "gear_ratio: 57:11, 2:1"), "printer.cfg")
+    assert robot.cables[0].winch.own["gear_ratio"] == pytest.approx(114 / 11, rel=1e-12)
+    for wrong in ("57", "57:0", "a:b", "1:2:3"):
+        with pytest.raises(FormatError, match=r"printer\.cfg:3: \[stepper_a\] gear_ratio: expected pairs such as"):
+            imported(tmp_path, KLIPPER.replace("microsteps: 16", f"gear_ratio: {wrong}"), "printer.cfg")
+
+
 def test_klipper_does_not_use_steppers_behind_a_gap(tmp_path):
     robot, found = imported(tmp_path, KLIPPER.replace("stepper_d", "stepper_e"), "printer.cfg")
     assert len(robot.cables) == 3
@@ -141,7 +171,7 @@ def test_klipper_does_not_use_steppers_behind_a_gap(tmp_path):
         (("A0.0:-1610.98:-131.53", "A{var.a}"), r"config\.g:7: M669 A: expressions are not computed"),
         (("R75.546:", "R"), r"config\.g:8: M666 R: expected 4 values, one per anchor, got 75\.659"),
         (("R75.546:", "R0:"), r"config\.g:8: M666 R: expected values above 0, got 0:"),
-        (("U2:", "U-2:"), r"config\.g:9: M666 U: expected values above 0, got -2:"),
+        (("U2:", "U-2:"), r"config\.g:9: M666 U: expected values from 1, got -2:"),
         (("I5:", "I-5:"), r"config\.g:11: M666 I: expected values from 0, got -5:"),
         (("W1.5", "W-1"), r"config\.g:11: M666 W: expected one number of at least 0, got -1"),
         (("X80:80:80:120", "X4:4:4:4"), r"config\.g:7: the robot is invalid: tension\.min\[0\]: must not exceed"),
@@ -204,7 +234,7 @@ def test_files_that_are_no_text_or_too_large(tmp_path, name):
     robot, _ = imported(tmp_path, b"\xef\xbb\xbf; \xb5m \xff\n" + text.replace("\n", "\r\n").encode(), name)
     assert len(robot.cables) == 4
     for content, said in (
-        (text.encode("utf-16"), "unknown format"),
+        (text.encode("utf-16"), "unknown format; .*; this is text in UTF-16: save it as UTF-8"),
         (bytes(range(256)) * 99, "unknown format"),
         (text.encode() + b" " * 2**24, "larger than 16 MiB"),
     ):

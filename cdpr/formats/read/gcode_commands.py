@@ -74,15 +74,17 @@ class Commands:
     Attributes:
         file: name of the file.
         every: the commands in their order.
+        codes: commands whose parameters are reported if they are not read.
     """
 
     file: str
     every: list[Command]
+    codes: tuple[str, ...] = ()
 
     def unread(self) -> Iterator[Unread]:
-        """Yield the parameters of read commands that were not read."""
+        """Yield the parameters of `codes` that were not read."""
         for command in self.every:
-            if command.read:
+            if command.code in self.codes:
                 for letter in command.words:
                     if letter not in command.read:
                         yield Unread(self.file, command.line, f"{command.code} {letter}")

@@ -30,13 +30,15 @@ class Line:
         name: name of its motor.
         anchor: (3,) m, coordinates of the nozzle.
         at: source of the anchor.
-        radius: m of line per radian of the drum; None if unknown.
+        radius: radius of the drum with the nozzle at the home pose, m; None if unknown.
+        transmission: other keys of its winch: gear, growth of the drum, lines, reeving.
     """
 
     name: str
     anchor: list[float]
     at: str
     radius: float | None = None
+    transmission: dict[str, float] = field(default_factory=dict)
 
 
 @dataclass
@@ -45,7 +47,7 @@ class Printer:
 
     Attributes:
         lines: the lines.
-        radius_at: source of the radii.
+        winch_at: source of the numbers of the winches.
         mass: kg, and its source.
         stiffness: N, and its source.
         low: N, lowest tension of each line, and its source.
@@ -54,7 +56,7 @@ class Printer:
     """
 
     lines: list[Line]
-    radius_at: str = ""
+    winch_at: str = ""
     mass: tuple[float, str] | None = None
     stiffness: tuple[float, str] | None = None
     low: tuple[list[float], str] | None = None
@@ -86,38 +88,35 @@ def complete(found: Imported, printer: Printer, file: str, given: tuple[float, f
         for text, missing in (
             (f"the mass of the effector, {MASS:g} kg", printer.mass is None),
             (f"the axial stiffness of the lines, {STIFFNESS:g} N", printer.stiffness is None),
-            (f"their damping, {DAMPING:g} N s/m", True),
+            (f"the damping of the lines, {DAMPING:g} N s/m", True),
         )
         if missing
     ]
-    found.warnings.append(f"{file}: assumed, because the file does not define them: {', '.join(assumed)}")
+    found.warnings.append(f"{file}: assumed, because the file does not define them: {'; '.join(assumed)}")
     if given is None and (printer.low is None or printer.high is None):
         low, high = found.robot["tension"]["min"], found.robot["tension"]["max"]
         found.warnings.append(f"{file}: assumed tension limits: {low} to {high} N; --tension MIN,MAX sets others")
-    winches = [{"type": "position", **_drum(line)} for line in printer.lines]
+    winches: list[dict[str, Any]] = [
+        {"type": "position"} | ({} if line.radius is None else {"drum_radius": line.radius}) | line.transmission
+        for line in printer.lines
+    ]
     rows: list[dict[str, Any]] = [
         {"name": line.name, "frame": line.anchor, "platform": [0.0, 0.0, 0.0]} for line in printer.lines
     ]
     if all(winch == winches[0] for winch in winches):
         found.robot["winch"] = winches[0]
-        found.comments["winch", "drum_radius"] = f"m, {printer.radius_at}"
     else:
         found.robot["winch"] = {"type": "position"}
         for row, winch in zip(rows, winches, strict=True):
             row["winch"] = winch
-    found.comments["winch",] = "the drives hold lengths"
+    found.comments["winch",] = "; ".join(["the drives hold lengths", *([printer.winch_at] if printer.winch_at else [])])
     found.robot["cables"] = rows
     found.comments["home",] = "origin of the nozzle's coordinates"
     found.comments["dof",] = "the effector is a point: its parallel lines keep it upright"
     if "drum_radius" not in winches[0]:
         found.left_out.append(f"{file}: the file has no radii of spools: the winches have no drum_radius")
-    source = f"; drum_radius: {printer.radius_at}" if printer.radius_at else ""
-    found.comments["cables",] = f"m: anchors, of mm{source}"
+    found.comments["cables",] = "m: anchors, of mm"
     found.comments |= {("cables", k): line.at for k, line in enumerate(printer.lines)}
-
-
-def _drum(line: Line) -> dict[str, float]:
-    return {} if line.radius is None else {"drum_radius": line.radius}
 
 
 def _value(found: Imported, given: tuple[float, str] | None, otherwise: float, key: Key, unit: str) -> float:

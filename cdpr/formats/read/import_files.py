@@ -287,8 +287,9 @@ def _reader(path: Path, content: bytes) -> ModuleType:
     if content.lstrip()[:1] == b"<":
         parse(content, str(path))  # report invalid XML as such
     names = ", ".join(each.name for each in FORMATS)
-    ours = "; our own robots and scenarios need no import" if path.suffix in (".yaml", ".yml") else ""
-    raise FormatError(f"{path}: unknown format; supported are {names}{ours}")
+    hint = "; our own robots and scenarios need no import" if path.suffix in (".yaml", ".yml") else ""
+    hint = "; this is text in UTF-16: save it as UTF-8" if content[:2] in (b"\xff\xfe", b"\xfe\xff") else hint
+    raise FormatError(f"{path}: unknown format; supported are {names}{hint}")
 
 
 def _read(reader: ModuleType, path: Path, content: bytes, choice: Choice) -> Imported:

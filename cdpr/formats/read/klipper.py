@@ -34,7 +34,6 @@ NOT_IMPORTED = {
     "microsteps": STEPS,
     "full_steps_per_rotation": STEPS,
     "step_pulse_duration": STEPS,
-    "gear_ratio": "rotation_distance is per turn of the drum, behind the gear",
     "max_velocity": "set limits in the motion of a scenario",
     "max_accel": "set limits in the motion of a scenario",
 }
@@ -153,8 +152,29 @@ def _printer(sections: _Sections, used: str) -> Printer:
             text = f"[{section.name}] rotation_distance: expected a number above 0, mm, got {travel:g}"
             raise refuse(sections.file, line, text)
         at = f"[{section.name}], line {section.line}"
-        lines.append(Line(letter.upper(), anchor, at, travel * MM / (2.0 * math.pi)))
-    return Printer(lines, "rotation_distance / (2 pi)")
+        lines.append(Line(letter.upper(), anchor, at, travel * MM / (2.0 * math.pi), _gear(section)))
+    return Printer(lines, "drum_radius: rotation_distance / (2 pi)")
+
+
+def _gear(section: _Section) -> dict[str, float]:
+    """Return the turns of the motor per turn of the drum, from pairs such as `57:11, 2:1`.
+
+    Raises:
+        FormatError: if they are not pairs of positive numbers.
+    """
+    section.read.add("gear_ratio")
+    text, line = section.values.get("gear_ratio", ("", 0))
+    ratio = 1.0
+    for pair in text.split(",") if text else ():
+        try:
+            motor, drum = (float(part) for part in pair.split(":"))
+        except ValueError:
+            motor = drum = 0.0
+        if not (0.0 < motor <= MAX_MAGNITUDE and 0.0 < drum <= MAX_MAGNITUDE):
+            wanted = "expected pairs such as 57:11, 2:1"
+            raise refuse(section.file, line, f"[{section.name}] gear_ratio: {wanted}, got {short_repr(text)}")
+        ratio *= motor / drum
+    return {"gear_ratio": ratio} if text else {}
 
 
 def _left_out(sections: _Sections, used: str) -> list[str]:

@@ -5,8 +5,8 @@ mass of the effector, the forces and the stiffness of the lines. Older versions 
 height of anchor D. Later lines replace the values of earlier ones, as in the firmware.
 
 The firmware's flex compensation stretches a direction by F d / S (no guy lines): force F, distance d, S of M666. So S
-is the axial stiffness of the cable that replaces its lines. The drum radius is that of the spool divided by the
-mechanical advantage, by which the spool winds more line than the distance changes.
+is the axial stiffness of the cable that replaces its lines. Spools that grow, lines on them and mechanical advantages
+have the equations of our drums (`cdpr.cables.transmission`).
 """
 
 from __future__ import annotations
@@ -21,12 +21,14 @@ from cdpr.formats.read.import_options import Choice
 from cdpr.formats.read.imported import Imported, refuse, slug
 
 LETTERS = "ABCDIJKLO"  # of anchors
+KINEMATICS = ("M669", "M666")
 HANGPRINTER = 6.0  # kinematics type K
 DEFAULT_ANCHORS = 4
 FEWEST = 3
 
 # Letters of values per line, in M666 and, in older versions, in M669.
-RADIUS, ADVANTAGE, MASS, STIFFNESS, LOW, HIGH = "R", "U", "W", "S", "I", "X"
+RADIUS, MASS, STIFFNESS, LOW, HIGH = "R", "W", "S", "I", "X"
+GROWTH, LINES, ADVANTAGE, SPOOL_TEETH, MOTOR_TEETH, OLD_MOTOR_TEETH = "Q", "O", "U", "H", "L", "G"
 OLDER = "QWRUOGLHJ"  # letters of M669 in older versions that are not anchors
 
 NOT_IMPORTED = {
@@ -34,13 +36,8 @@ NOT_IMPORTED = {
     "B": "an option of the firmware's flex compensation",
     "C": "torque constants of motors: ideal drives have none",
     "F": "the firmware's flex compensation; here it is an option of the controller, `flex_compensation`",
-    "G": "teeth of gears: drives that follow lengths exactly need none",
-    "H": "teeth of gears: drives that follow lengths exactly need none",
     "J": "steps per revolution: drives that follow lengths exactly have no steps",
-    "L": "teeth of gears: drives that follow lengths exactly need none",
-    "O": "lines per spool, for the growth of its radius: the radius is constant here",
     "P": "an option of the firmware's flex compensation",
-    "Q": "growth of the spools: their radius is constant here",
     "Y": "lengths of guy lines: only the line between anchor and nozzle stretches here",
 }
 OF_M669 = {
@@ -79,6 +76,7 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
         FormatError: if the file is invalid or not that of a Hangprinter.
     """
     commands = commands_of(content, str(path))
+    commands.codes = KINEMATICS
     name = slug(path.stem if path.stem.lower() != "config" else "hangprinter", "hangprinter")
     found = Imported(name, f"RepRapFirmware: {path.name}", {"name": name}, [commands])
     values = _Values(str(path), commands)
@@ -103,7 +101,7 @@ class _Values:
 
     def __post_init__(self) -> None:
         """Sort the words of all commands."""
-        every = [each for each in self.commands.every if each.code in ("M669", "M666")]
+        every = [each for each in self.commands.every if each.code in KINEMATICS]
         for command in every:
             if command.inside:
                 raise refuse(self.file, command.line, f"{command.code}: it is inside a condition or loop, which are "
@@ -156,15 +154,7 @@ class _Values:
     def printer(self) -> Printer:
         """Return the numbers of the file."""
         lines = [self._line(letter) for letter in LETTERS[: self.count]]
-        radii, advantages = self._each(RADIUS), self._each(ADVANTAGE)
-        at = ""
-        if radii is not None:
-            at = f"spool radius of {radii[1]}"
-            ratios = [1.0] * self.count if advantages is None else advantages[0]
-            if advantages is not None:
-                at += f", over mechanical advantage of {advantages[1]}"
-            for line, radius, ratio in zip(lines, radii[0], ratios, strict=True):
-                line.radius = radius * MM / ratio
+        at = self._wind(lines)
         return Printer(
             lines,
             at,
@@ -173,6 +163,32 @@ class _Values:
             low=self._each(LOW, least=0.0),
             high=self._each(HIGH),
         )
+
+    def _wind(self, lines: list[Line]) -> str:
+        """Add the spools to the lines; return their source."""
+        radii = self._each(RADIUS)
+        if radii is None:
+            return ""
+        growth, each, advantage = self._one(GROWTH), self._each(LINES, least=1.0), self._each(ADVANTAGE, least=1.0)
+        spools = self._each(SPOOL_TEETH)
+        motors = self._each(MOTOR_TEETH if MOTOR_TEETH in self.spools else OLD_MOTOR_TEETH)
+        at = [f"drum_radius: {radii[1]}"]
+        for line, radius in zip(lines, radii[0], strict=True):
+            line.radius = round(radius * MM, 9)
+        if growth is not None:
+            at.append(f"drum_growth: {growth[1]}")
+            for line in lines:
+                line.transmission["drum_growth"] = round(growth[0] * MM, 12)
+        for key, found in (("lines", each), ("reeving", advantage)):
+            if found is not None:
+                at.append(f"{key}: {found[1]}")
+                for line, value in zip(lines, found[0], strict=True):
+                    line.transmission[key] = value
+        if spools is not None and motors is not None:
+            at.append(f"gear_ratio: {spools[1]}, over {motors[1]}")
+            for line, spool, motor in zip(lines, spools[0], motors[0], strict=True):
+                line.transmission["gear_ratio"] = spool / motor
+        return "; ".join(at)
 
     def _line(self, letter: str) -> Line:
         command = self.anchors.get(letter)
@@ -221,7 +237,7 @@ def _others(commands: Commands) -> list[str]:
     for command in commands.every:
         first.setdefault(command.code, command)
     told = [f"{each.file}:{each.line}: {code}: {OTHER[code]}" for code, each in first.items() if code in OTHER]
-    rest = [code for code in first if code not in OTHER and code not in ("M669", "M666")]
+    rest = [code for code in first if code not in OTHER and code not in KINEMATICS]
     if rest:
         shown = ", ".join(rest[:12]) + (", ..." if len(rest) > 12 else "")
         told.append(f"{commands.file}: commands that concern neither anchors nor lines: {shown}")
