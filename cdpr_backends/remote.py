@@ -5,17 +5,22 @@ from __future__ import annotations
 import time
 import warnings
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from cdpr.base import tolerances
 from cdpr.base.errors import BackendDied
+from cdpr.cables import immediate
+from cdpr.cables.tables import command_kinds
 from cdpr.fmu.run.exchange import normaliser
 from cdpr.link.peer import Peer, check_peer, greeting_of
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend
+from cdpr.plugins.backend import Operations
+from cdpr_backends.remote_winches import MeasuredWinches
 
 START, STEP, STOP = range(3)  # kinds of requests in a message
 STATE = 13
@@ -24,9 +29,11 @@ STATE = 13
 class RemoteBackend(Backend):
     """Plant in one peer, which receives the initial state and then the commands, and answers with its state.
 
-    Sent commands are finite and within the limits of the robot. A peer must stop safely by itself if it receives no
-    message for its time-out, or if the connection ends. A run sends a stop message at its end. The log contains the
-    requested commands. If sent commands differ, for example for a broken cable, a warning states this.
+    Sent commands are finite, and tensions are within the limits of the robot. Winches that take lengths or rates
+    receive these. A plant with winches also answers with the tensions and unwound lengths of its cables. A peer must
+    stop safely by itself if it receives no message for its time-out, or if the connection ends. A run sends a stop
+    message at its end. The log contains the requested commands. If sent commands differ, for example for a broken
+    cable, a warning states this.
     """
 
     def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
@@ -34,9 +41,13 @@ class RemoteBackend(Backend):
         self._program = None if options.program is None else options.program.path
         check_peer(options, self._program)
         self._frame = np.zeros(2 + robot.m + 6 + STATE)
+        self._winched = None if immediate(robot) else MeasuredWinches(robot, self.state)
+        if self._winched is not None:
+            self.highest = self._winched.highest
         self._normalise = normaliser(self.state)
         self._peer: Peer | None = None
         self._late = np.full(1, np.nan)
+        self._pulled = command_kinds(robot) == 0  # cables whose winch takes a tension
         self._begun, self._due, self._steps, self._missed, self._latest = 0.0, 0.0, 0, 0, 0.0
         self._clipped = 0
 
@@ -47,6 +58,8 @@ class RemoteBackend(Backend):
         if self._peer is None:
             self._peer = self._greeted()
         self._request(START, 0.0, np.asarray(state, dtype=np.float64))
+        if self._winched is not None:
+            self._winched.begin()
         self._due, self._steps, self._missed, self._latest = 0.0, 0, 0, 0.0
         self._clipped = 0
 
@@ -57,7 +70,9 @@ class RemoteBackend(Backend):
             self._begun = time.monotonic()
         self._request(STEP, duration, np.zeros(STATE))
         self._steps += 1
-        self._clipped += bool((self._frame[2 : 2 + self.robot.m] != self.command).any())
+        if self._winched is not None:
+            self._winched.moved(duration)
+        self._clipped += bool(((self._frame[2 : 2 + self.robot.m] != self.command) & self._pulled).any())
         self._due += duration
         if self.options.real_time:
             ahead = self._begun + self._due - time.monotonic()
@@ -67,6 +82,23 @@ class RemoteBackend(Backend):
             elif -ahead > duration:
                 self._missed += 1
                 self._latest = max(self._latest, -ahead)
+
+    def read_tension(self, tension: Array) -> None:
+        """Write the tension of each cable, N, that a plant with winches answered last."""
+        if self._winched is None:
+            super().read_tension(tension)
+        else:
+            tension[:] = self._winched.tension
+
+    def cable_work(self) -> float:
+        """Return the work of these tensions, J."""
+        return super().cable_work() if self._winched is None else self._winched.work
+
+    def winch_readings(self, unwound: Array, unwinding: Array, torque: Array) -> Operations:
+        """Return the operation that writes the unwound lengths that the plant answered last, and their rates."""
+        if self._winched is None:
+            return super().winch_readings(unwound, unwinding, torque)
+        return [partial(self._winched.read, unwound, unwinding, torque)]
 
     def log(self, columns: Mapping[str, Array]) -> None:
         """Store the column of the delay of each step."""
@@ -90,7 +122,10 @@ class RemoteBackend(Backend):
     def _request(self, kind: int, duration: float, state: Array) -> None:
         assert self._peer is not None
         self._fill(kind, duration, state)
-        self.state[:] = self._peer.request(self._frame)
+        answer = self._peer.request(self._frame)
+        self.state[:] = answer[:STATE]
+        if self._winched is not None:
+            self._winched.take(answer[STATE:])
         if abs(float(np.linalg.norm(self.state[3:7])) - 1.0) > tolerances.UNIT:
             raise BackendDied(
                 f"{self._peer.called}: its quaternion w, x, y, z is {self.state[3:7].tolist()}, whose length is not 1"
@@ -102,12 +137,16 @@ class RemoteBackend(Backend):
         frame[0], frame[1] = kind, duration
         low, high = robot.tension_min, robot.tension_max
         np.clip(np.where(np.isfinite(self.command), self.command, low), low, high, out=frame[2 : 2 + robot.m])
+        sent = frame[2 : 2 + robot.m]
         if kind != STEP:
-            frame[2 : 2 + robot.m] = low
+            sent[:] = np.where(self._pulled, low, 0.0)
+        elif self._winched is not None:
+            sent[~self._pulled] = self._winched.commands(self.command, duration)[~self._pulled]
         frame[2 + robot.m : 8 + robot.m] = self.external
         frame[8 + robot.m :] = state
 
     def _greeted(self) -> Peer:
         more = {"physics_step": self.physics_step, "real_time": self.options.real_time}
         greeting = greeting_of("plant", self.robot, self.gravity) | more
-        return Peer(self.options, self._program, greeting, len(self._frame), STATE)
+        takes = STATE if self._winched is None else STATE + 2 * self.robot.m
+        return Peer(self.options, self._program, greeting, len(self._frame), takes)

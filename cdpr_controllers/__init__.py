@@ -122,10 +122,11 @@ class RemoteOptions(PluginOptions, PeerOptions):
     program: FileName | None = Field(
         None, description="a program to start, relative to this file; it talks through its standard input and output"
     )
-    output: Literal["wrench", "command", "tension", "length", "rate"] = Field(
+    output: Literal["wrench", "command", "tension", "length", "rate", "winch"] = Field(
         "wrench",
         description="output: the wrench on the platform, or of each cable the tension (N; `command` means the same), "
-        "the unwound length (m) or its rate (m/s), which all winches must take",
+        "the unwound length (m) or its rate (m/s), which all winches must take, or the quantity that its winch takes "
+        "(`winch`)",
     )
     lockstep: bool = Field(
         True,
@@ -136,7 +137,7 @@ class RemoteOptions(PluginOptions, PeerOptions):
     @property
     def quantity(self) -> str:
         """Output as controllers declare it."""
-        return "tension" if self.output == "command" else self.output
+        return {"command": "tension", "winch": "command"}.get(self.output, self.output)
 
     def declares(self) -> Mapping[str, object]:
         """Return its output, and whether its runs are reproducible."""

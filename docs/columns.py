@@ -6,7 +6,7 @@ from pathlib import Path
 
 from marked import rewritten, table
 
-from cdpr.base.columns import Column, known_columns
+from cdpr.base.columns import FIRST, Column, known_columns
 
 PAGE = Path(__file__).parent / "columns.md"
 TITLES = ("column", "shape", "unit", "description")
@@ -32,6 +32,8 @@ def _cells(column: Column) -> tuple[str, ...]:
 
 def _places(column: Column) -> str:
     first, *second = (f"`{topic}` {field}" for topic, field in column.topics)
+    if second and column not in FIRST:
+        return ", ".join([first, *second])
     return f"with ideal cables: {second[0]}; with other cables: {first}" if second else first
 
 

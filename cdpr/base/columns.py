@@ -32,6 +32,7 @@ TOPICS = {
     "/cdpr/solver": ARRAY,
     "/cdpr/platform/external_wrench": "geometry_msgs/WrenchStamped",
     "/cdpr/energy": ARRAY,
+    "/cdpr/winch_states": "sensor_msgs/JointState",
 }
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,30}")  # a valid MATLAB field of at most 31 characters
@@ -146,6 +147,7 @@ _TWIST, _TWIST_DESIRED = "/cdpr/platform/twist/twist", "/cdpr/platform/twist_des
 _ACCEL = "/cdpr/platform/acceleration_desired/accel"
 _WRENCH, _EXTERNAL = ("/cdpr/platform/wrench/wrench",), ("/cdpr/platform/external_wrench/wrench",)
 COMMANDS, _STATES = "/cdpr/cable_commands", "/cdpr/cable_states"
+WINCHES = "/cdpr/winch_states"  # only with unwound lengths
 _SOLVER, _ENERGY = ("/cdpr/solver/data",), ("/cdpr/energy/data",)
 _BY_LENGTH = "moments divided by the characteristic length"
 _HELD = "from this sample to the next"
@@ -193,7 +195,7 @@ FIRST: tuple[Column, ...] = (
 )
 # Cables that are not ideal, whose tension differs from the command.
 WINCHED: tuple[Column, ...] = (
-    Column("cable_tension", CABLES, "N", "Tension in each cable", places=(_STATES + "/effort",)),
+    Column("cable_tension", CABLES, "N", "Tension in each cable", places=(_STATES + "/effort", WINCHES + "/effort")),
 )
 # Pulleys with friction: the tensions on both sides differ.
 FRICTION: tuple[Column, ...] = (
@@ -201,7 +203,13 @@ FRICTION: tuple[Column, ...] = (
 )
 # Cables that sag: their force on the platform is not along the chord.
 UNSTRETCHED: tuple[Column, ...] = (
-    Column("unstretched_length", CABLES, "m", "Unstretched length between winch and platform"),
+    Column(
+        "unstretched_length",
+        CABLES,
+        "m",
+        "Unstretched length between winch and platform",
+        places=(WINCHES + "/position",),
+    ),
 )
 SAGGING: tuple[Column, ...] = (
     Column(
@@ -240,7 +248,7 @@ LOADED: tuple[Column, ...] = (
 # Winches that take lengths or rates.
 DRUMS: tuple[Column, ...] = (
     Column("winch_command", CABLES, "", f"Command of each winch: tension, N, length, m, or rate, m/s; {_HELD}"),
-    Column("unstretched_rate", CABLES, "m/s", "Rate of `unstretched_length`"),
+    Column("unstretched_rate", CABLES, "m/s", "Rate of `unstretched_length`", places=(WINCHES + "/velocity",)),
 )
 # Winches that turn.
 MOTORS: tuple[Column, ...] = (

@@ -12,7 +12,7 @@ import numpy as np
 
 from cdpr.base.errors import BackendDied
 from cdpr.base.fields import MAX_MAGNITUDE
-from cdpr.cables import exits_of
+from cdpr.cables import commands_of, exits_of
 from cdpr.link.options import PeerOptions
 from cdpr.link.transport import Program, Transport, check_program, connected, parsed
 from cdpr.model.robot import Array, Robot
@@ -52,6 +52,7 @@ def greeting_of(role: str, robot: Robot, gravity: Array) -> dict[str, Any]:
         "anchors": robot.anchors.tolist(),
         "unilateral": robot.unilateral,
         "exits": list(exits_of(robot)),
+        "commands": commands_of(robot),
         "gravity": gravity.tolist(),
     }
 

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from cdpr.base.columns import ARRAY, COMMANDS, TOPICS, Column
+from cdpr.base.columns import ARRAY, COMMANDS, TOPICS, WINCHES, Column
 from cdpr.log.header import Header
 from cdpr.log.layout import Layout
 from cdpr.model.robot import Array
@@ -56,6 +56,8 @@ def run_topics(header: Header, *, repeated: bool = False) -> Group:
         del held[CLOCK.name]
         if header.ideal_cables:
             del held[COMMANDS]
+    if "position" not in held[WINCHES]:
+        del held[WINCHES]
     topics = tuple(_topic(topic, paths, header) for topic, paths in held.items())
     return Group(topics, channel=1, width=layout.width, every=header.log_every, source=lambda rows: rows)
 

@@ -70,7 +70,7 @@ def holding_tensions(scenario: Scenario) -> Array:
         length=np.zeros(robot.m),
         rate=np.zeros(robot.m),
     )()
-    live.wrench[:] = required_wrench(nominal, state, gravity)
+    live.wrench[:] = required_wrench(scenario.robot, state, gravity)
     stage.distribute()
     return live.tension.copy()
 

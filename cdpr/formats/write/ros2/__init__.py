@@ -14,6 +14,7 @@ import yaml
 
 from cdpr.base.errors import CdprError, FormatError, OutputError
 from cdpr.base.problems import dotted
+from cdpr.cables import takes_lengths
 from cdpr.formats.write.native import HEADER, NUMBERS, native_files
 from cdpr.log.files import NAME_OR_FORCE_IN_PYTHON, create, replace
 from cdpr.scenario import Scenario
@@ -108,6 +109,11 @@ def packages(scenario: Scenario) -> tuple[dict[str, bytes], list[str]]:
     }
     layout, left_out = LAYOUT, []
     try:
+        if takes_lengths(scenario.robot):
+            raise CdprError(
+                "its messages contain tensions, and winches take lengths or rates; `cdpr export --to native` exports "
+                "this controller"
+            )
         native = native_files(scenario)
     except CdprError as error:
         left_out.append(f"the controller as a C++ node: {error}")
