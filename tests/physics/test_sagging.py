@@ -126,7 +126,7 @@ def test_curves_of_a_run(short):
         assert 1e-3 < np.abs(points - straight).max() < 0.5
 
 
-def test_results_of_chords_say_so(short):
+def test_results_along_chords_are_marked(short):
     from cdpr.analysis.sizing import Duty, sizing
     from cdpr.analysis.workspace.answers import notes
     from cdpr.analysis.workspace.question import Question
