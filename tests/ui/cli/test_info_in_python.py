@@ -24,7 +24,12 @@ def leaves(figures, name=""):
     if isinstance(figures, dict) and name.rpartition(".")[2] not in WHOLE:
         for key, value in figures.items():
             yield from leaves(value, f"{name}.{key}" if name else key)
-    elif isinstance(figures, list) and figures and isinstance(figures[0], dict) and not name.endswith(("believed", "poles")):
+    elif (
+        isinstance(figures, list)
+        and figures
+        and isinstance(figures[0], dict)
+        and not name.endswith(("believed", "poles"))
+    ):
         for key in figures[0]:
             yield f"{name}[].{key}", [each[key] for each in figures]
     else:
