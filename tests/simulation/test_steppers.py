@@ -241,3 +241,8 @@ def test_the_nominal_winch_is_merged_key_by_key():
 def test_loops_with_steppers_are_not_linearised():
     with pytest.raises(cdpr.CdprError, match="steppers move in whole steps"):
         linearise(camera(STEPPER), np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0]))
+
+
+def test_exports_do_not_contain_steppers(tmp_path):
+    with pytest.raises(cdpr.CdprError, match=r"drives that count steps are not exported; set winch\.type to position"):
+        cdpr.export(camera(STEPPER), "native", out=tmp_path / "native")
