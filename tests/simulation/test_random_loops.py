@@ -19,6 +19,7 @@ SEED = int(os.environ.get("CDPR_TEST_SEED", "1"))
 DECADES = 5.0  # of the amplitude, in a run of an unstable loop
 SHORTEST, LONGEST = 300, 10000  # control steps
 PUSH = 1e-7  # m/s: within the range in which the loop is linear
+FAR = 1e-5  # m: limits hold fast unstable loops near this or farther, within a tenth of the run
 GROWN = 30.0  # factor that a stable loop may reach: modes are not perpendicular
 
 
@@ -119,7 +120,7 @@ def test_verdicts_of_random_loops():
             continue
         moved = deviations(scenario, steps)
         grown = moved[-1] / moved[0] if moved[0] else np.inf
-        bounded = moved.max() <= GROWN * moved[0] and moved[-1] <= moved[0]
+        bounded = moved.max() <= min(GROWN * moved[0], FAR) and moved[-1] <= moved[0]
         if (found == STABLE) != bool(bounded):
             wrong.append((found, grown, np.abs(np.linalg.eigvals(loop.A)).max(), data))
     print(counts)
