@@ -16,7 +16,7 @@ import numpy as np
 
 from cdpr.base import tolerances
 from cdpr.base.errors import FmuError, PluginError
-from cdpr.cables import immediate, takes_lengths
+from cdpr.cables import chain_of, immediate, takes_lengths
 from cdpr.fmu.export import Plant, cached_fmu
 from cdpr.fmu.read.archive import Archive, open_archive
 from cdpr.fmu.read.trust import require_trust
@@ -187,6 +187,11 @@ class FmuBackend(Backend):
 
     def _exported(self) -> Archive:
         """Return the robot as an FMU exported by cdpr; `reset` sets its state."""
+        for cable in self.robot.cables:
+            needs = chain_of(self.robot, cable).winch.needs
+            if needs is not None and needs.support("plant_fmu").level == "no":
+                why = needs.support("plant_fmu").why
+                raise PluginError(f"the winch of cable '{cable.name}' is not supported by exported FMUs: {why}")
         state, winches = kinematics.make_state(np.zeros(3)), not immediate(self.robot)
         plant = Plant(self.robot, self.gravity, float(self.physics_step), state, winches)
         archive = open_archive(cached_fmu(plant, self.options.export.fmi if self.options.export else 3))
