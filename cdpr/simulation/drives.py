@@ -15,7 +15,6 @@ from cdpr.scenario import Scenario
 from cdpr.simulation.loop_part import LoopPart, Surroundings
 from cdpr.tension.operations import Operation
 
-
 MOST_WAITING = 64  # commands, each a state of a linearised loop: more take minutes
 
 
