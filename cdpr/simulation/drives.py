@@ -15,6 +15,8 @@ from cdpr.scenario import Scenario
 from cdpr.simulation.loop_part import LoopPart, Surroundings
 from cdpr.tension.operations import Operation
 
+MOST_WAITING = 64  # commands, each a state of a linearised loop: more take minutes
+
 
 def imperfections(scenario: Scenario) -> Array:
     """Return the imperfections of the drives, (m, 4), all 0 and without limits if the scenario has none.
@@ -59,9 +61,13 @@ class Drives(LoopPart):
 
     @property
     def nonlinear(self) -> str:
-        """Return why the loop cannot be linearised: resolution or backlash."""
-        steps = self._imperfection[:, [1, 3]].any()
-        return "the resolution or the backlash of the drives is not linear" if steps else ""
+        """Return why the loop cannot be linearised: resolution, backlash, or too many commands that wait."""
+        if self._imperfection[:, [1, 3]].any():
+            return "the resolution or the backlash of the drives is not linear"
+        waiting = self._line.size - self._line.shape[1]
+        return (
+            f"{waiting} commands wait in the drives: expected at most {MOST_WAITING}" if waiting > MOST_WAITING else ""
+        )
 
     def connect(self, surroundings: Surroundings) -> None:
         """Bind the operation to the commands of the loop."""
