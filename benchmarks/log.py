@@ -12,13 +12,14 @@ from time import process_time
 import numpy as np
 
 import cdpr
+from cdpr.log.blocks import BLOCK
 from cdpr.log.checksum import crc32
 from cdpr.log.chunk import CHUNK_HEAD
 from cdpr.log.chunk_index import Written
 from cdpr.log.export import export
 from cdpr.log.finite import Finite
 from cdpr.log.header import Header
-from cdpr.log.mcap_file import BLOCK, PICTURE_ROWS, LogFormat, Piece
+from cdpr.log.mcap_file import PICTURE_ROWS, LogFormat, Piece
 from cdpr.log.reader import load_run
 from cdpr.log.recorder import Recorder
 from cdpr.model.robot import Array

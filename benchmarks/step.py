@@ -14,7 +14,7 @@ from time import perf_counter, thread_time
 
 import numpy as np
 
-from cdpr.log.mcap_file import BLOCK
+from cdpr.log.blocks import BLOCK
 from cdpr.log.recorder import Recorder
 from cdpr.plugins.registry import registry
 from cdpr.scenario import load_scenario

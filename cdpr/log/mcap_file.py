@@ -25,6 +25,7 @@ from mcap import records
 from mcap.data_stream import RecordBuilder
 from mcap.opcode import Opcode
 
+from cdpr.log.blocks import BLOCK
 from cdpr.log.checksum import crc32
 from cdpr.log.chunk import CHUNK_HEAD, Chunk, Template
 from cdpr.log.chunk_index import ChunkIndex, Written, chunk_indexes
@@ -39,7 +40,6 @@ FORMATS = ("2", "3", "4")  # supported versions; the last one is written
 UNCOMPRESSED = ("2", "3")
 LOG_NAME = "log.mcap"  # in a run folder
 MAGIC = b"\x89MCAP0\r\n"
-BLOCK = 256  # rows of a complete block
 PICTURE_ROWS = 16 * BLOCK  # rows of the run per group of picture chunks, which are rarely read
 METADATA = "cdpr"
 ATTACHMENT = "scenario.yaml"

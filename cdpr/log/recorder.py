@@ -12,9 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr.base.errors import Diverged, OutputError
+from cdpr.log.blocks import BLOCK, BLOCK_SECONDS
 from cdpr.log.finite import Finite
 from cdpr.log.header import Header
-from cdpr.log.mcap_file import BLOCK, LOG_NAME, PICTURE_ROWS
+from cdpr.log.mcap_file import LOG_NAME, PICTURE_ROWS
 from cdpr.log.pages import table
 from cdpr.log.rows import IN_MEMORY, LogRows
 from cdpr.log.summary import Accumulator
@@ -23,10 +24,6 @@ from cdpr.model.robot import Array
 
 if TYPE_CHECKING:
     from cdpr.mechanics.closest import Closest
-
-__all__ = ["BLOCK", "BLOCK_SECONDS", "Recorder"]
-
-BLOCK_SECONDS = 0.5  # s of wall time after which rows are written even if the block is incomplete
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,9 +15,10 @@ from typing import Any, BinaryIO
 from cdpr.base.errors import OutputError
 from cdpr.base.locks import Lock, lock, open_to_lock
 from cdpr.log import run_json
+from cdpr.log.blocks import BLOCK
 from cdpr.log.files import GOES_ON, Reserved, replacing, unwritable
 from cdpr.log.header import Header
-from cdpr.log.mcap_file import BLOCK, FORMATS, LOG_NAME, PICTURE_ROWS, LogFormat, Piece
+from cdpr.log.mcap_file import FORMATS, LOG_NAME, PICTURE_ROWS, LogFormat, Piece
 from cdpr.log.reader import Scan, amended, locate, scan
 from cdpr.log.run import Run
 from cdpr.log.run_folder import SCENARIO_NAME

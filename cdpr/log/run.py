@@ -206,6 +206,11 @@ class Run(Frozen):
         return self[self.header.true_tension]
 
     @property
+    def winch_tension(self) -> Array:
+        """Tension of each cable at its winch, (K, m), N: `cable_tension` beyond the pulley."""
+        return self["winch_tension"]
+
+    @property
     def potential_change(self) -> Array:
         """Change of the potential energy since the first sample, (K,), J."""
         return self.potential - self._at_first("potential")

@@ -12,10 +12,11 @@ from typing import BinaryIO
 import numpy as np
 from mcap.opcode import Opcode
 
+from cdpr.log.blocks import BLOCK
 from cdpr.log.chunk import CHUNK_HEAD
 from cdpr.log.chunk_index import Written
 from cdpr.log.compression import compressed_head
-from cdpr.log.mcap_file import BLOCK, LogFormat
+from cdpr.log.mcap_file import LogFormat
 from cdpr.log.rows import LogRows
 from cdpr.model.robot import Array
 

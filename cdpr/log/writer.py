@@ -9,11 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from cdpr.base.errors import OutputError
+from cdpr.log.blocks import BLOCK
 from cdpr.log.chunk_file import ChunkFile
 from cdpr.log.files import unwritable
 from cdpr.log.header import Header
 from cdpr.log.layout import Rows
-from cdpr.log.mcap_file import BLOCK, PICTURE_ROWS, LogFormat, Piece
+from cdpr.log.mcap_file import PICTURE_ROWS, LogFormat, Piece
 from cdpr.log.rows import LogRows
 from cdpr.model.robot import Array
 

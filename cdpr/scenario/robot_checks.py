@@ -33,7 +33,7 @@ from cdpr.scenario.robot_schema import (
     names_of_exports,
     of_a_body,
 )
-from cdpr.scenario.winch_kinds import Kind, idle_numbers, kind_of, winch_path, wrong_brake
+from cdpr.scenario.winch_kinds import Kind, kind_of, winch_path, wrong_brake
 
 EXAMPLES = {"winch": "{drum_radius: 0.05, inertia: 0.01}"}  # m, kg m^2; examples of required sections
 
@@ -175,7 +175,7 @@ class RobotChecks(Checks):
         for path, kinds in users.items():
             winch = self.document.get(path)
             if isinstance(winch, dict):
-                for key, text in [*([] if self._nominal else idle_numbers(winch, kinds)), *wrong_brake(winch, kinds)]:
+                for key, text in wrong_brake(winch, kinds):
                     self.problems.add(self.document.key_mark((*path, key)), (*path, key), text)
 
     def _lacks(self, cable: dict[str, Any], owner: str, key: str = "") -> bool:

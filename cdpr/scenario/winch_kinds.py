@@ -10,7 +10,6 @@ from cdpr.base.problems import Path
 from cdpr.cables import (
     COMMANDED,
     COMMANDS,
-    NUMBERS,
     TENSION,
     TORQUE,
     WINCH_TYPES,
@@ -67,35 +66,6 @@ def winch_path(root: Path, cable: object, i: int) -> Path:
     """Return the path of the winch of cable i: its own, or the common one."""
     own = isinstance(cable, dict) and isinstance(cable.get("winch"), dict)
     return (*root, "cables", i, "winch") if own else (*root, "winch")
-
-
-def title_of(kind: Kind) -> str:
-    """Return a description of a type of winch for messages."""
-    return f"winch.type {kind[1]} with{'' if kind[2] else 'out'} inertia"
-
-
-def idle_numbers(winch: Mapping[str, Any], kinds: Sequence[Kind]) -> Iterator[tuple[str, str]]:
-    """Yield the key and a message of each number of a winch that none of its cables uses, except defaults.
-
-    The cables must stretch; other unused numbers are no errors.
-
-    Args:
-        winch: data of the winch.
-        kinds: kinds of the cables with this winch.
-    """
-    chains = [composed(*kind) for kind in kinds]
-    if not all(chain.stretches for chain in chains):
-        return  # reported as unused: the same robot may be simulated with ideal cables
-    used = {key for chain in chains for key in keys_of_winch(chain)}
-    for number in NUMBERS.values():
-        if number.owner == "winch" and number.key not in used and winch.get(number.key) not in (None, number.default):
-            titles = " and ".join(dict.fromkeys(map(title_of, kinds)))
-            types = [
-                name if number in simple.accepted else f"{name} with inertia"
-                for name, (simple, driven) in WINCH_TYPES.items()
-                if number in driven.accepted
-            ]
-            yield number.key, f"not used by {titles}: remove it, or choose winch.type {' or '.join(types)}"
 
 
 def wrong_brake(winch: Mapping[str, Any], kinds: Sequence[Kind]) -> Iterator[tuple[str, str]]:

@@ -7,10 +7,10 @@ import shutil
 from pathlib import Path
 
 from cdpr.base.errors import OutputError, ScenarioError
+from cdpr.log.blocks import BLOCK
 from cdpr.log.chunk import Template
 from cdpr.log.files import unwritable
 from cdpr.log.header import Header
-from cdpr.log.mcap_file import BLOCK
 from cdpr.log.topics import run_topics
 from cdpr.scenario import Scenario
 

@@ -14,7 +14,7 @@ from typing import Any
 
 from cdpr.base.errors import CdprError
 from cdpr.base.problems import shown
-from cdpr.log.recorder import BLOCK
+from cdpr.log.blocks import BLOCK
 from cdpr.log.run import Run
 from cdpr.model.arrays import checked
 from cdpr.scenario.events.loads import Wrench

@@ -17,7 +17,7 @@ import numpy as np
 
 from cdpr.base.errors import CdprError, one_line
 from cdpr.cables import has_steppers
-from cdpr.log.recorder import BLOCK
+from cdpr.log.blocks import BLOCK
 from cdpr.mechanics.kinematics import lengths
 from cdpr.model import rotations
 from cdpr.model.robot import Array

@@ -10,7 +10,7 @@ from time import monotonic
 import numpy as np
 
 from cdpr.base.errors import BackendDied, Diverged, PluginError, SimulationStopped
-from cdpr.log.recorder import BLOCK
+from cdpr.log.blocks import BLOCK
 from cdpr.model.robot import Array, read_only
 from cdpr.native.bind import bind
 from cdpr.plugins import Controller, TensionSolver

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from time import monotonic
 
-from cdpr.log.recorder import BLOCK, BLOCK_SECONDS
+from cdpr.log.blocks import BLOCK, BLOCK_SECONDS
 
 
 class Pace:

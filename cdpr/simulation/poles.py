@@ -69,7 +69,13 @@ def poles(loop: Linearised) -> list[Pole]:
     lasting = np.flatnonzero(np.abs(z) > ENDED)
     values = np.log(z[lasting].astype(complex)) / loop.period
     found = [Pole(complex(s), complex(z[k]), _moves(loop, modes[:, k])) for s, k in zip(values, lasting, strict=True)]
-    return sorted(found, key=lambda pole: (*np.round([-pole.value.real, abs(pole.value)], 7), -pole.value.imag))
+    return sorted(found, key=_order)
+
+
+def _order(pole: Pole) -> tuple[float, float, float]:
+    """Return numbers that sort poles; a conjugate pair, whose numbers differ by round-off, has the same first two."""
+    decay, size = (float(f"{value:.6e}") for value in (-pole.value.real, abs(pole.value)))
+    return decay, size, -pole.value.imag
 
 
 def _moves(loop: Linearised, mode: Array) -> tuple[str, ...]:

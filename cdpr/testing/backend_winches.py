@@ -20,6 +20,7 @@ from cdpr.testing.subjects import BackendSubject
 
 WINCH = Winch(drum_radius=0.05, inertia=5e-3, viscous_friction=0.05)
 STIFFNESS, DAMPING = 1e5, 100.0  # N, N s/m
+CURVE = {"strain_1": 1e-3, "tension_1": 1e-3 * STIFFNESS}
 STEP, STEPS = 2e-4, 500
 HELD = 5e-3  # m, deviation of a servo under a changing load
 BALANCED = 1e-2  # tolerance of the energy as a share of the work; a first-order engine has a thousandth
@@ -36,7 +37,8 @@ def winched(model: str) -> Robot:
     """Return the free robot on winches."""
     robot = samples.free()
     cables = tuple(
-        replace(c, winch=WINCH, axial_stiffness=STIFFNESS, damping=DAMPING, linear_density=0.0) for c in robot.cables
+        replace(c, winch=WINCH, axial_stiffness=STIFFNESS, damping=DAMPING, linear_density=0.0, own=CURVE)
+        for c in robot.cables
     )
     return replace(robot, cables=cables, cable_model=model)
 
@@ -85,7 +87,7 @@ def winches_pull_as_reported(subject: BackendSubject) -> None:
 
 
 def winches_wind_as_commanded(subject: BackendSubject) -> None:
-    """Winches that take lengths or rates unwind what their commands say.
+    """Winches that take lengths or rates unwind as commanded.
 
     The first command of a winch is the unwound length at its start: before it, the reported length is NaN. Then an
     ideal drive has exactly the commanded rate. A position servo stays at a constant length. The tensions are those of

@@ -17,9 +17,9 @@ from conftest import ROOT
 
 import cdpr
 from cdpr.base.errors import Interrupted
+from cdpr.log.blocks import BLOCK
 from cdpr.log.chunk_file import QUEUE
 from cdpr.log.files import Reserved
-from cdpr.log.mcap_file import BLOCK
 from cdpr.log.run_folder import RunFolder
 from cdpr.log.writer import LogWriter
 from cdpr_controllers.computed_torque import ComputedTorque

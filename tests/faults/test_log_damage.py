@@ -14,7 +14,8 @@ from mcap.reader import make_reader
 from mcap.writer import Writer
 
 from cdpr.base.errors import LogError, OutputError
-from cdpr.log.mcap_file import BLOCK, FORMATS, LogFormat
+from cdpr.log.blocks import BLOCK
+from cdpr.log.mcap_file import FORMATS, LogFormat
 from cdpr.log.reader import load_run, scan
 from cdpr.log.recorder import Recorder
 from cdpr.log.repair import repair

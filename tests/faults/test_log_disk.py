@@ -23,10 +23,10 @@ from log_cases import make_header, make_rows, same_bits, write_log
 from cdpr.base.errors import ExitCode, OutputError
 from cdpr.log import recorder as recorder_module
 from cdpr.log import run_json
+from cdpr.log.blocks import BLOCK
 from cdpr.log.chunk_file import QUEUE
 from cdpr.log.event import Event
 from cdpr.log.export import export
-from cdpr.log.mcap_file import BLOCK
 from cdpr.log.reader import load_run, scan
 from cdpr.log.recorder import Recorder
 from cdpr.log.repair import repair

@@ -17,8 +17,8 @@ from conftest import ROOT
 from log_cases import make_header, make_rows, same_bits, write_log
 from spread import sampled
 
+from cdpr.log.blocks import BLOCK
 from cdpr.log.chunk import CHUNK_HEAD
-from cdpr.log.mcap_file import BLOCK
 from cdpr.log.reader import load_run, scan
 from cdpr.log.repair import repair
 from cdpr.log.writer import LogWriter
@@ -32,7 +32,8 @@ import sys, time
 from pathlib import Path
 sys.path.insert(0, {tests!r})
 from log_cases import make_header, make_rows
-from cdpr.log.recorder import BLOCK, Recorder
+from cdpr.log.blocks import BLOCK
+from cdpr.log.recorder import Recorder
 from cdpr.log.run import Run
 from cdpr.log.run_folder import RunFolder
 header = make_header(2)

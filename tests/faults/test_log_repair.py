@@ -15,7 +15,7 @@ from log_cases import make_header, make_rows, write_log
 from cdpr.base.errors import LogError, OutputError
 from cdpr.log import repair as repair_module
 from cdpr.log import run_folder as run_folder_module
-from cdpr.log.mcap_file import BLOCK
+from cdpr.log.blocks import BLOCK
 from cdpr.log.reader import scan
 from cdpr.log.repair import repair
 from cdpr.log.run import Run

@@ -13,8 +13,9 @@ from log_cases import make_header, make_rows, same_bits, write_log
 
 from cdpr.base.errors import LogError
 from cdpr.log import reader
+from cdpr.log.blocks import BLOCK
 from cdpr.log.index import read_index
-from cdpr.log.mcap_file import BLOCK, LogFormat
+from cdpr.log.mcap_file import LogFormat
 from cdpr.log.reader import load_run, scan
 from cdpr.log.repair import repair
 from cdpr.log.rows import LogRows

@@ -8,7 +8,7 @@ from conftest import ROOT
 
 import cdpr
 from cdpr.cables.tables import command_kinds
-from cdpr_backends import reference
+from cdpr_backends import reference_schemes
 from cdpr_backends import remote as plants
 from cdpr_controllers import remote as controllers
 
@@ -29,7 +29,7 @@ class FakeRobot:
     """Plant at the end of a connection: the backend `reference`, at rest in `lengths` until its first step."""
 
     def __init__(self, robot, gravity, step, lengths):
-        self.backend = reference.make(robot, gravity, step, None)
+        self.backend = reference_schemes.make(robot, gravity, step, None)
         self.robot, self.lengths, self.step = robot, lengths, step
         self.rated = np.array([each == 2 for each in command_kinds(robot)])
         self.ideal = self.backend.winches.state.size == 2 * robot.m and "position" in {

@@ -14,7 +14,7 @@ import pytest
 from log_cases import make_header, make_rows, write_log
 
 from cdpr.log import checksum, chunk, mcap_file, reader
-from cdpr.log.mcap_file import BLOCK
+from cdpr.log.blocks import BLOCK
 
 pytestmark = pytest.mark.core
 

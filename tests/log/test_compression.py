@@ -13,9 +13,10 @@ from hypothesis import strategies as st
 from log_cases import make_header, make_rows
 
 import cdpr
+from cdpr.log.blocks import BLOCK
 from cdpr.log.chunk import CHUNK_HEAD, Template
 from cdpr.log.compression import Compressor, largest
-from cdpr.log.mcap_file import BLOCK, LogFormat, Piece
+from cdpr.log.mcap_file import LogFormat, Piece
 from cdpr.native.bind import bind
 from cdpr.native.operations import VARIABLE, targets
 

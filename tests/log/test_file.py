@@ -25,8 +25,9 @@ from mcap_ros2.decoder import DecoderFactory
 from rosbags.highlevel import AnyReader
 from rosbags.typesys import Stores, get_typestore
 
+from cdpr.log.blocks import BLOCK
 from cdpr.log.header import Header
-from cdpr.log.mcap_file import BLOCK, PICTURE_ROWS, LogFormat
+from cdpr.log.mcap_file import PICTURE_ROWS, LogFormat
 from cdpr.model.robot import Array
 
 COMMANDS = {"/cdpr/cable_commands": "sensor_msgs/msg/JointState"}  # at full rate, too, where cables are not ideal

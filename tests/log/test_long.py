@@ -14,8 +14,9 @@ from long_log_cases import CAROCA, SHORT, THINNED, all_on_disk, log_of, simulate
 
 import cdpr
 from cdpr.base.errors import LogError
+from cdpr.log.blocks import BLOCK
 from cdpr.log.export import export
-from cdpr.log.mcap_file import BLOCK, PICTURE_ROWS
+from cdpr.log.mcap_file import PICTURE_ROWS
 from cdpr.log.reader import load_run
 from cdpr.log.recorder import Recorder
 from cdpr.log.rows import LogRows

@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from log_cases import make_header, make_rows, same_bits, write_log
 
+from cdpr.log.blocks import BLOCK
 from cdpr.log.layout import Layout
-from cdpr.log.mcap_file import BLOCK, PICTURE_ROWS
+from cdpr.log.mcap_file import PICTURE_ROWS
 from cdpr.log.reader import load_run
 from cdpr.log.recorder import Recorder
 from cdpr.model.robot import Array

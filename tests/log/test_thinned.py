@@ -16,7 +16,8 @@ import cdpr
 from cdpr.analysis.compare.finished import compare_finished
 from cdpr.base.errors import CdprError, ScenarioError
 from cdpr.log import recorder as recorder_module
-from cdpr.log.mcap_file import BLOCK, PICTURE_ROWS
+from cdpr.log.blocks import BLOCK
+from cdpr.log.mcap_file import PICTURE_ROWS
 from cdpr.log.reader import load_run, scan
 from cdpr.log.recorder import Recorder
 from cdpr.log.repair import repair

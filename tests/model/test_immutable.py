@@ -94,7 +94,7 @@ WRONG = {
     "own": (lambda: cable(own=3), "Cable(own=): expected numbers by key, got 3"),
     "own-list": (lambda: cable(own=[1]), "Cable(own=): expected numbers by key, got a list of 1"),
     "own-frame": (lambda: cable(own={"frame": [9, 9, 9]}), "Cable(own=): unknown key 'frame'; allowed: strain_1, "),
-    "own-winch": (lambda: Winch(own={"slip": 1.0}), "Winch(own=): unknown key 'slip'; allowed: position_gain, "),
+    "own-winch": (lambda: Winch(own={"slip": 1.0}), "Winch(own=): unknown key 'slip'; allowed: gear_ratio, "),
     "model": (
         lambda: cable(model="foo"),
         "Cable(model=): expected one of ideal, rigid, elastic, catenary, tabulated, got 'foo'",
@@ -109,7 +109,10 @@ WRONG = {
     "frame-empty": (lambda: Frame(np.zeros((0, 6))), "Frame(edges=): expected at least one edge"),
     "winch": (lambda: Winch(drum_radius="a"), "Winch(drum_radius=): expected a number of at least 0, got 'a'"),
     "winch-negative": (lambda: Winch(inertia=-1.0), "Winch(inertia=): expected a number of at least 0, got -1.0"),
-    "winch-type": (lambda: Winch(type="rope"), "Winch(type=): expected one of torque, position, velocity, got 'rope'"),
+    "winch-type": (
+        lambda: Winch(type="rope"),
+        "Winch(type=): expected one of torque, position, velocity, stepper, got 'rope'",
+    ),
     "box": (lambda: Box("abc"), "Box(size=): expected real numbers"),
     "box-negative": (lambda: Box((1.0, -1.0, 1.0)), "Box(size=): expected a number greater than 0, got -1.0"),
     "sphere": (lambda: Sphere("a"), "Sphere(radius=): expected a number greater than 0, got 'a'"),

@@ -168,8 +168,7 @@ HEAVY = ("scipy", "matplotlib", "mujoco", "pybullet", "dartpy", "pyarrow")
 UNUSED_BY_VALIDATE = (
     "mcap", "isal", "rich", "multiprocessing",
     "cdpr.gcode", "cdpr.scene", "cdpr.analysis", "cdpr.log.run", "cdpr.log.recorder", "cdpr.log.mcap_file",
-    "cdpr.simulation.loop", "cdpr.simulation.whole_run", "cdpr.simulation.runner", "cdpr.tension.stage",
-    "cdpr.cables.pulley", "concurrent.futures",
+    "cdpr.simulation.whole_run", "cdpr.simulation.runner", "cdpr.cables.pulley", "concurrent.futures",
 )  # fmt: skip
 
 # The kinds of events and motions that are imported.

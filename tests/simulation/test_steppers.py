@@ -208,13 +208,6 @@ def test_controllers_of_wrenches_and_tensions_drive_steppers_by_the_map(controll
 MESSAGES = {
     "torque": ({"stall_torque": None}, "with winch.type stepper needs the stall torque (N m) of each cable"),
     "drum": ({"drum_radius": None}, "with winch.type stepper needs the radius of the drum"),
-    "gain": ({"velocity_gain": 1.0}, "robot.winch.velocity_gain: not used by winch.type stepper without inertia"),
-    "velocity": (
-        {"type": "velocity", "inertia": 0.1, "velocity_gain": 1.0, "stall_torque": None, "position_gain": 5.0}
-        | {"steps_per_turn": None, "microsteps": None},
-        "robot.winch.position_gain: not used by winch.type velocity with inertia: remove it, or choose winch.type "
-        "position with inertia",
-    ),
 }
 
 
@@ -225,6 +218,10 @@ def test_messages(name):
     with pytest.raises(cdpr.CdprError) as caught:
         camera(winch)
     assert text in str(caught.value)
+
+
+def test_unused_numbers_are_reported():
+    assert camera(STEPPER | {"velocity_gain": 1.0}).unused == ("robot.winch.velocity_gain",)
 
 
 def test_the_nominal_winch_is_merged_key_by_key():

@@ -18,13 +18,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from cdpr.cables.servo import LOOPS
+from cdpr.cables import servo
 
 RADIUS = 1.0  # m
 SHARE = 0.02  # assumed mass of a winch, moved along the cable, per mass of the platform
 STIFFER = 100.0  # stiffness of the cable relative to that of its servo
 STRETCH = 1e-3  # stretch of the cable at its largest tension
-POSITION_GAIN = next(number.default for number in LOOPS if number.key == "position_gain") or 1.0  # 1/s, without kv
+POSITION_GAIN = servo.POSITION_GAIN.default or 1.0  # 1/s, without kv
 
 
 @dataclass(frozen=True)

@@ -69,6 +69,7 @@ def test_json(folder):
         "unused": [],
         "notes": [],
         "warnings": [],
+        "closed_loop": "stable",
     }
     assert (robot["kind"], robot["cables"]) == ("robot", 8)
     assert bad["ok"] is False
