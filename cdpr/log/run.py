@@ -123,6 +123,7 @@ class Run(Frozen):
     load_energy = Quantity("load_energy")
     true_wrench = Quantity("true_wrench")
     true_margin = Quantity("true_margin")
+    winch_tension = Quantity("winch_tension")
     winch_command = Quantity("winch_command")
     unstretched_length = Quantity("unstretched_length")
     unstretched_rate = Quantity("unstretched_rate")
@@ -204,11 +205,6 @@ class Run(Frozen):
     def cable_tension(self) -> Array:
         """Tension of each cable at the sample, (K, m), N; the commanded one for ideal cables."""
         return self[self.header.true_tension]
-
-    @property
-    def winch_tension(self) -> Array:
-        """Tension of each cable at its winch, (K, m), N: `cable_tension` beyond the pulley."""
-        return self["winch_tension"]
 
     @property
     def potential_change(self) -> Array:

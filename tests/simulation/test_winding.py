@@ -239,7 +239,7 @@ def test_numbers_that_no_winch_uses_are_reported():
     gains = {"velocity_gain": 1.0, "torque_max": 5.0}
     assert set(camera(winch={"type": "position", **gains}).unused) == {f"robot.winch.{key}" for key in gains}
     assert camera(winch=SERVO).unused == ()
-    assert camera(**{"robot.winch.type": "velocity"}).unused == ("robot.winch.position_gain",)
+    assert camera(winch=SERVO | {"type": "velocity", "position_gain": 30.0}).unused == ("robot.winch.position_gain",)
     one = {"robot.cables[1].winch": TORQUE | gains, "controller": {"type": "computed_torque"}}
     assert set(camera(winch=SERVO, **one).unused) == {f"robot.cables[*].winch.{key}" for key in gains}
 
