@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -348,14 +348,13 @@ class RobotSection(Section):
                 keys.append(f"cable.{name}")
         return keys if actuated else [*keys, *self._unused_numbers(chains)]
 
-    def _unused_numbers(self, chains: Sequence[Chain]) -> Iterator[str]:
-        """Yield the given numbers of winches that no cable with this winch uses, such as gains without an inertia."""
-        pairs = list(zip(self.cables, chains, strict=True))
-        shared = [chain for cable, chain in pairs if cable.winch is None]
-        found = [("winch", self.winch, shared), *(("cables[*].winch", cable.winch, [chain]) for cable, chain in pairs)]
-        yield from dict.fromkeys(
-            f"{where}.{key}" for where, winch, users in found for key in unused_numbers(winch, users)
-        )
+    def _unused_numbers(self, chains: Sequence[Chain]) -> dict[str, None]:
+        """Return the given numbers of winches that no cable with this winch uses, such as gains without an inertia."""
+        shared = [chain for cable, chain in zip(self.cables, chains, strict=True) if cable.winch is None]
+        found = [f"winch.{key}" for key in unused_numbers(self.winch, shared)]
+        for cable, chain in zip(self.cables, chains, strict=True):
+            found += [f"cables[*].winch.{key}" for key in unused_numbers(cable.winch, [chain])]
+        return dict.fromkeys(found)
 
     def chain_of(self, cable: CableSection) -> Chain:
         """Return winch and span of a cable."""

@@ -7,13 +7,13 @@ are in tests/plugins/traps: wrong frame, damping, speed clamp, persistent wrench
 from __future__ import annotations
 
 import os
-from dataclasses import replace
 from pathlib import Path
 
 import anchor_mutants
 import load_mutants
 import numpy as np
 import surroundings_mutants
+import winch_mutants
 from cdpr_traps.backend import (
     AutoReset,
     BodyFrameBothWays,
@@ -330,31 +330,6 @@ class NoGuides(Wrapped):
         super().__init__(robot, *rest)
 
 
-class IdealAnyway(Wrapped):
-    """It declares winches, but moves with ideal cables."""
-
-    def __init__(self, robot, *rest):
-        super().__init__(replace(robot, cable_model="ideal"), *rest)
-
-
-class LateRates(Wrapped):
-    """Its winches unwind at half of the commanded rates."""
-
-    def winch_readings(self, *arrays):
-        return self.inner.winch_readings(*arrays)
-
-    def read_tension(self, tension):
-        self.inner.command[:] = self.command
-        self.inner.read_tension(tension)
-
-    def step(self, n):
-        given = self.command.copy()
-        if np.abs(given).max() < 1.0:
-            self.command *= 0.5
-        super().step(n)
-        self.command[:] = given
-
-
 ORDER = {"order": 4}
 
 
@@ -363,6 +338,7 @@ MUTANTS = {
     **load_mutants.MUTANTS,
     **surroundings_mutants.MUTANTS,
     **anchor_mutants.MUTANTS,
+    **winch_mutants.MUTANTS,
     Unlogged: ({}, ["columns_are_written"]),
     BodyFrameRead: ({}, ["state_round_trip", "state_is_current"]),
     BodyFrameBothWays: ({}, ["state_is_current", "tumbling_keeps_energy_and_momentum"]),
@@ -406,7 +382,5 @@ MUTANTS = {
         {},
         ["held_directions_stay", "guided_wrench_accelerates", "spherical_origin_stays", "spherical_wrench_accelerates"],
     ),
-    LateRates: ({"features": ["winch_commands"]}, ["winches_wind_as_commanded"]),
-    IdealAnyway: ({"cable_models": ["ideal", "elastic"]}, ["winches_pull_as_reported"]),
     WrongHinge: ({}, ["guided_state_round_trip", "spherical_state_round_trip"]),
 }
