@@ -171,6 +171,7 @@ def test_a_robot_starts_at_home(tmp_path, cdpr):
         assert driver.get("physics_step") == 0.002
 
 
+@pytest.mark.slow
 def test_winches_are_exported_on_request(tmp_path, cdpr):
     cdpr("export", WINCHES, "-o", "a.fmu", "--with-winch")
     with Driver(tmp_path / "a.fmu") as driver:
@@ -193,6 +194,7 @@ def test_winches_are_exported_on_request(tmp_path, cdpr):
     assert not (tmp_path / "c.fmu").exists()
 
 
+@pytest.mark.slow
 @FMI
 def test_winches_alone_are_those_of_the_robot(fmi, tmp_path, cdpr, capfd):
     """Ideal cables pull as commanded, those that stretch by their own equations; what does not stretch is refused."""

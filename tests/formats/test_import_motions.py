@@ -67,6 +67,7 @@ def at(scenario, time):
     return Sample(found[:3], found[3:7], found[7:10], found[10:13])
 
 
+@pytest.mark.slow
 @sampled(2, "kind", SPLINES)
 @sampled(2, "joint", ["SPATIAL_EULER_XYZ", "T_XYZ", "PLANAR_XZ", "S_FIXED_XYZ"])
 def test_points_are_reached_when_they_should_be(tmp_path, kind, joint):
@@ -250,6 +251,7 @@ def test_no_motion_alone(tmp_path):
         import_file(tmp_path / "x_trajectories.xml")
 
 
+@pytest.mark.slow
 @sampled(2, "kind", SPLINES)
 @sampled(1, "joint", ["SPATIAL_EULER_XYZ", "S_EULER_XYZ"])
 def test_three_angles_go_the_shortest_way(tmp_path, kind, joint):

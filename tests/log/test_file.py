@@ -90,7 +90,7 @@ MORE_THAN_A_BLOCK = BLOCK + 30  # rows
         pytest.param(12, "ideal", marks=pytest.mark.slow),
     ],
 )
-@pytest.mark.usual("1-ideal", "3-elastic")
+@pytest.mark.usual("3-elastic")
 def test_every_column_is_in_the_messages(tmp_path: Path, m: int, model: str) -> None:
     """Each number once, except the time, which the number of a message determines."""
     shape = {"sphere": 0.2} if m == 3 else None if m == 1 else {"box": [1.0, 2.0, 3.0]}

@@ -246,6 +246,7 @@ def another_process(tmp_path_factory):
     return {name: hashes for name, *hashes in map(str.split, done.stdout.splitlines())}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("backend", ["reference", *ENGINES])
 def test_bit_identical_in_two_processes(backend, another_process, tmp_path):
     here = closed_loop({"simulation.duration": 0.1}, backend=backend, out=tmp_path / "run")

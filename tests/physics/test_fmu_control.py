@@ -156,6 +156,7 @@ def test_the_host_may_step_as_it_likes(tmp_path):
     assert ends[0][0] > start[0] + 1e-4
 
 
+@pytest.mark.slow
 @FMI
 def test_saved_and_reset_it_continues_to_the_bit(fmi, tmp_path):
     loaded = scenario("planar pid")

@@ -158,6 +158,7 @@ def other_plant(plant):
     return dataclasses.replace(plant, robot=robot, gravity=np.array([0.0, 1.0, -3.7]), physics_step=0.002, state=state)
 
 
+@pytest.mark.slow
 @FMI
 @pytest.mark.parametrize("case", ["caroca", "cogiro_elastic"])
 @pytest.mark.usual("caroca-3", "cogiro_elastic-2")
@@ -182,6 +183,7 @@ def test_parameters_take_effect(case, fmi, tmp_path):
                 driver.set("initial_position", np.zeros(3))
 
 
+@pytest.mark.slow
 @FMI
 @pytest.mark.parametrize(
     ("case", "name", "value", "said"),

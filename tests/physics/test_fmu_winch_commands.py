@@ -118,6 +118,7 @@ def test_the_controller_alone_gives_the_commands_of_the_loop(case, tmp_path):
 @pytest.mark.parametrize(
     ("case", "units"), [("servo", ["m"] * 4), ("rates", ["m/s"] * 4), ("mixed", ["m", "N", "m", "m"])]
 )
+@pytest.mark.usual("*-3")
 def test_commands_have_the_units_of_the_winches(case, units, fmi, tmp_path):
     loaded = scenario(case)
     path = write(plant(loaded), fmi, tmp_path)

@@ -97,6 +97,7 @@ def test_coasting_loses_nothing(name, options):
     np.testing.assert_allclose(backend.state[:3], start[:3] + 10 * start[7:10], atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "options"), KINDS)
 @pytest.mark.parametrize("dof", [None, ("z",), ("x", "z", "ry")])
 @pytest.mark.usual("None-*", "*-mujoco-options1")
@@ -114,6 +115,7 @@ def test_speeds_beyond_100_are_not_clipped(name, options, dof):
     np.testing.assert_allclose(backend.state[spin], start[spin], rtol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("value", [np.nan, np.inf, 1e30])
 @pytest.mark.parametrize(("name", "options"), KINDS + LEGS)
 def test_a_diverging_engine_shows_it_at_once_and_is_silent(
@@ -210,6 +212,7 @@ def test_resets_leak_nothing(offset_robot, name):
     assert not grows(lambda: use(1000), 5.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "options"), KINDS + [pytest.param(*legs, marks=pytest.mark.slow) for legs in LEGS])
 @pytest.mark.usual("mujoco-options1")
 def test_open_and_close_leak_nothing(offset_robot, name, options):

@@ -49,6 +49,7 @@ def run(arguments, code=0):
     assert done.exit_code == code, done.output
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("folder")
 @pytest.mark.parametrize(("page", "command"), QUICK)
 def test_a_command_runs(page, command):

@@ -73,6 +73,7 @@ def test_first_words_are_plain(ending):
     assert wrong == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", [".py", ".md", ".yaml", ".js", ".html", *PROGRAM])
 def test_words_are_plain(ending):
     """No text, page or comment speaks the dialect."""
@@ -103,6 +104,7 @@ def texts(path: Path, *, messages: bool) -> Iterator[tuple[int, str]]:
             yield token.start[0], CODE.sub("", token.string)
 
 
+@pytest.mark.slow
 @sampled(lambda folder: folder != "tests", "folder", [*FOLDERS[:6], "examples", "tests"])
 def test_verbs_are_those_of_the_field(folder):
     """Docstrings and comments compute, report, require; so do messages outside the tests."""

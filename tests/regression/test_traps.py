@@ -56,6 +56,7 @@ def test_every_trap_is_in_the_table():
     assert {trap for trap, (*_, compare) in CAUGHT.items() if compare} >= {"frame", "damping", "lag", "persistence"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("trap", CAUGHT)
 def test_kit(trap):
     results = check_backend(make, options=TrapOptions(engine="reference", trap=trap), only=STEPPING)

@@ -99,6 +99,7 @@ def test_it_tracks_and_is_called_once_a_period():
 BREAK = [{"type": "cable_break", "time": 0.253, "cable": "cable_2", "detected_after": 0.01}]
 
 
+@pytest.mark.slow
 def test_it_knows_of_a_broken_cable_once_that_is_detected():
     knowing, blind = (
         cdpr.simulate("caroca", controller=each, overrides={"simulation.duration": 1.5, "events": BREAK})
@@ -203,6 +204,7 @@ def test_preview_does_not_know_of_later_events():
     assert (after[0] != plain[0]).any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", [Predictive, type("Each", (Predictive,), {"period": 1})])
 def test_sessions_with_new_targets_have_the_same_bits(kind, tmp_path):
     with cdpr.Simulation("caroca", controller=kind, overrides={"simulation.duration": 0.16}) as sim:

@@ -297,6 +297,7 @@ def test_commands_report_poles(tmp_path):
     assert "verdict              UNSTABLE: a mode grows" in shown
 
 
+@pytest.mark.slow  # tests of light commands import it, too
 def test_validate_loads_no_engine():
     slow = ("scipy", "matplotlib", "mujoco", "pybullet", "dartpy")
     code = (

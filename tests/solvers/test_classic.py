@@ -130,6 +130,7 @@ def test_the_scaled_rule_is_exact_with_one_redundant_cable(seed, load):
             np.testing.assert_allclose(t, expected, **CLOSE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rule", ["published", "scaled"])
 @pytest.mark.parametrize("m", [7, 8, 9, 12])
 @pytest.mark.usual("8-*", "9-*", "12-*")

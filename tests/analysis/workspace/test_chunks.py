@@ -156,6 +156,7 @@ def test_components_are_reported(robot, place):
     assert not any("in pieces" in line for line in lines(found.summary()))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("jobs", [1, 2])
 def test_it_continues_where_it_stopped(robot, place, whole, tmp_path, jobs):
     folder = tmp_path / "w"
@@ -204,6 +205,7 @@ DAMAGE = {
 }
 
 
+@pytest.mark.slow
 @sampled(2, "how", DAMAGE)
 def test_damaged_chunks_are_computed_again(robot, place, whole, tmp_path, how):
     folder = tmp_path / "w"

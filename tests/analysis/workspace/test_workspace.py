@@ -89,6 +89,7 @@ def test_the_margin_is_the_way_to_the_nearest_facet(name):
             assert further >= found.value[k] * (1.0 - 1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SIX)
 def test_closure_as_a_linear_program_has_it(name):
     robot = robot_of(name)
@@ -215,6 +216,7 @@ def test_the_result_does_not_depend_on_the_threads():
         np.testing.assert_array_equal(a, b)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "unit"), [("cogiro", "m^3"), ("planar", "m^2")])
 def test_a_workspace_is_kept_as_it_is(tmp_path, name, unit):
     robot = robot_of(name)

@@ -123,6 +123,7 @@ def test_real_time_is_no_faster_than_the_clock():
     assert monotonic() - begun >= 0.299
 
 
+@pytest.mark.slow
 def test_a_run_imports_nothing_slow_that_it_does_not_need(tmp_path):
     slow = ("scipy", "matplotlib", "mujoco", "rich", "numpy.ma", "cdpr.analysis.workspace", "cdpr.ui.report.pages")
     code = (

@@ -257,6 +257,7 @@ def test_a_stalled_window_does_not_slow_others_or_the_exit():
     stuck.close()
 
 
+@pytest.mark.slow
 @sampled(1, "number", [signal.SIGINT, signal.SIGTERM])
 def test_the_command_stops_on_signals(number):
     command = [sys.executable, "-m", "cdpr", "gui", CAROCA, "--no-open", "--port", "0"]

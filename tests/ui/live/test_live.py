@@ -48,6 +48,7 @@ def test_actions_are_events(what):
     assert run.summary()["tension_N"] == planned.summary()["tension_N"]
 
 
+@pytest.mark.slow
 @sampled(1, "backend", ["reference", "mujoco", "bullet", "dart"])
 def test_a_session_repeats_itself(backend, tmp_path):
     pytest.importorskip({"bullet": "pybullet", "dart": "dartpy", "reference": "numpy"}.get(backend, backend))
@@ -78,6 +79,7 @@ def test_the_command_line_repeats_it(tmp_path):
     assert cdpr.load_run(tmp_path / "run").rows.tobytes() == run.rows.tobytes()
 
 
+@pytest.mark.slow
 def test_other_commands_take_such_scenarios(tmp_path):
     """A simulation without controller or plant omits their data."""
     with quiet(**PLANNED) as sim:

@@ -53,6 +53,7 @@ def test_a_pdf_embeds_its_fonts_as_truetype(run, tmp_path):
     assert not found & {b"Type3", b"Type1"}
 
 
+@pytest.mark.slow
 def test_the_check_of_fonts_sees_type_3(run, tmp_path):
     import matplotlib as mpl
     from matplotlib.figure import Figure
@@ -70,6 +71,7 @@ def test_an_svg_has_outlines_for_letters(run, tmp_path):
     assert "cdpr" not in root.attrib.values()
 
 
+@pytest.mark.slow
 @sampled(lambda kind: kind == "svg", "kind", ["pdf", "svg", "png"])
 def test_the_same_run_gives_the_same_bytes(run, tmp_path, kind, monkeypatch):
     first = saved(run.plot("tension", width="ieee"), tmp_path, kind)
@@ -94,6 +96,7 @@ def test_the_figure_has_the_requested_width(run, width, inches):
     assert run.plot("tension", "position", width=width).get_figwidth() == pytest.approx(inches)
 
 
+@pytest.mark.slow
 @sampled(1, ("width", "inches"), [("ieee", 3.5), ("ieee-wide", 7.16)])
 def test_its_file_is_as_wide_as_the_figure(run, tmp_path, width, inches):
     figure = run.plot("tension", "position", width=width)
@@ -182,6 +185,7 @@ def test_the_overview_can_be_printed(run):
     assert len(run.plot(width="ieee").axes) == len(run.plot().axes) == 4
 
 
+@pytest.mark.slow
 @sampled(3, "case", CASES)
 def test_any_run_can_be_plotted(case, tmp_path):
     if case == "100000 rows":

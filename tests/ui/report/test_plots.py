@@ -130,6 +130,7 @@ def test_desired_is_dashed_and_actual_is_not() -> None:
     assert desired[0].get_ydata().max() == run.desired_velocity[:, 0].max()
 
 
+@pytest.mark.slow
 def test_a_tension_peak_of_one_sample_is_drawn() -> None:
     run = make_run(rows=20_000)
     table = run.rows.copy()
@@ -171,6 +172,7 @@ def test_limits_that_change_are_those_at_first() -> None:
     assert "t_max at first 650 N" in texts(plots.tensions(run))
 
 
+@pytest.mark.slow
 def test_energies_and_where_there_is_one_the_external_wrench() -> None:
     run = make_run()
     labels = [axes.get_ylabel() for axes in plots.energy(run).axes]
@@ -211,6 +213,7 @@ def test_errors_of_round_off_are_not_blown_up() -> None:
         assert np.ptp(axes.get_ylim()) >= LEAST_ERROR
 
 
+@pytest.mark.slow
 def test_failed_steps_are_shaded_in_every_panel_and_named() -> None:
     run = infeasible_run()
     figure = plots.pose(run)
@@ -225,6 +228,7 @@ def test_failed_steps_are_shaded_in_every_panel_and_named() -> None:
     assert not {"infeasible", "event (number)"} & set(texts(plots.pose(make_run())))
 
 
+@pytest.mark.slow
 def test_events_are_numbered_in_the_order_of_time_and_kept_inside() -> None:
     run = replace(make_run(), events=(Event(9.0, "stopped", "late"), Event(1.0, "infeasible", "early", until=2.0)))
     figure = plots.overview(run)
