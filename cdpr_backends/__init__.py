@@ -16,7 +16,7 @@ from cdpr.plugins import FileName, PluginInfo, PluginOptions, hookimpl
 ALL_EXITS = tuple(EXITS)
 OUR_CABLES = {"cable_models": tuple(MODELS), "exits": ALL_EXITS}  # tendons and legs support none
 
-FEATURES = ("moving_anchors", "winch_commands", "exit_friction", "brakes")
+FEATURES = ("moving_anchors", "winch_commands", "exit_friction", "brakes", "steppers")
 
 # Scheme of MuJoCo, Bullet and DART. The reference also has it, for comparisons with each of them.
 EULER = "semi_implicit_euler"

@@ -53,7 +53,7 @@ template <class T> struct ChainRow {
         const T *numbers = winch(length, present), *line = transmission(), turned = numbers[0];
         if (any(line[Transmission::GROWTH] != T(0.0)))  // a drum that becomes smaller turns faster
             acceleration = acceleration + Transmission::quickening(line, turned) * rate * rate;
-        const WinchTension<T> found = cdpr::held(winch_kind(), numbers, own, command, rate, acceleration);
+        WinchTension<T> found = cdpr::held(winch_kind(), numbers, own, command, rate, acceleration);
         if (!any(line[Transmission::EFFICIENCY] != T(1.0))) return found;
         const T load = Transmission::load(line, -rate / turned);
         return {found.tension / load, found.mass / load};

@@ -52,8 +52,9 @@ struct StepperMotor {
     // At the start the motor holds the load, if it can.
     template <class T> static CDPR_INLINE void own_start(WinchMotion<T> motion, T* own) {
         const StepperNumbers<T> numbers = stepper_numbers(motion.numbers + OWN);
-        const T radius = motion.numbers[Drum::RADIUS], load = radius * motion.tension / numbers.stall_torque;
-        const T share = smaller(larger(load, T(-1.0)), T(1.0));
+        const T radius = motion.numbers[Drum::RADIUS];
+        const T load = radius * motion.tension + Drum::friction(motion.numbers, motion.speed);
+        const T share = smaller(larger(load / numbers.stall_torque, T(-1.0)), T(1.0));
         const T lag = angle_of(share, square_root(T(1.0) - share * share));
         own[REFERENCE] = motion.unwound - radius * numbers.full_step() * lag / StepperNumbers<T>::QUARTER;
     }

@@ -21,8 +21,9 @@ If the load exceeds the stall torque, the rotor slips to other periods: the moto
 the start, the drive is calibrated under the load: l0 is then the commanded length.
 
 Without an inertia, the drum follows the steps, l0 = L_c + r a s with s lost steps. An overloaded motor, r T > M_s at a
-sample, slips by one period during the following control period. This is the limit of a rotor without inertia, except
-for its deflection of less than a full step under load.
+sample, slips by one period during the following control period, so the speed at which it slips depends on the control
+step. While the load remains below M_s, this is the limit of a rotor without inertia, except for its deflection of less
+than a full step under load.
 
 The steps of a control period are spread evenly over it.
 """

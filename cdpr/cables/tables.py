@@ -54,6 +54,9 @@ def line_table(robot: Robot) -> Array:
         >>> line_table(cdpr.load_robot("caroca")).shape
         (8, 6)
     """
+    for cable in robot.cables if not robot.unilateral else ():
+        if cable.exit is not None and cable.exit.rubs:
+            raise CdprError(f"cable '{cable.name}': friction on its exit: not supported for rigid legs, which push")
     return line_rows(robot.anchors, [cable.exit for cable in robot.cables])
 
 

@@ -204,6 +204,13 @@ template <class T> CDPR_INLINE void write_own_slopes(const Plant<T>& plant, int6
     own_slopes(plant.chain(i).winch_kind(), motion, slope, plant.own_count(i));
 }
 
+// Return the torque of the motor of winch i about the drum's axis, N m: 0 without power, NaN for a winch without one.
+template <class T> CDPR_INLINE T present_torque(const Plant<T>& plant, int64_t i, WinchMotion<T> motion) {
+    const T torque = motor_torque(plant.chain(i).winch_kind(), motion);
+    const Truth<T> off = plant.unpowered(i);
+    return any(off) ? select(off & (torque == torque), T(0.0), torque) : torque;
+}
+
 // Unwound lengths, speeds and torques of winches at the last settled `body`.
 struct WinchReading {
     Plant<double> plant;
@@ -220,8 +227,7 @@ inline int read_winches(WinchReading& p) {
         const WinchMotion<double> motion = plant.motion(i, plant.tension_at_winch(i), present);
         p.unwound[i] = motion.unwound;
         p.unwinding[i] = -motion.numbers[0] * motion.speed;
-        const double torque = motor_torque(plant.chain(i).winch_kind(), motion);
-        p.torque[i] = plant.unpowered(i) && finite(torque) ? 0.0 : torque;
+        p.torque[i] = present_torque(plant, i, motion);
     }
     return 0;
 }
@@ -254,7 +260,7 @@ template <class T> inline int read_drums(DrumReading<T>& p) {
         const ChainRow<T> row = plant.chain(i);
         T present[ChainRow<T>::NUMBERS];
         const WinchMotion<T> motion = plant.motion(i, plant.tension_at_winch(i), present);
-        p.torque[i] = motor_torque(row.winch_kind(), motion);
+        p.torque[i] = present_torque(plant, i, motion);
         p.power[i] = p.torque[i] * motion.speed;
         const bool turns = !is(row.winch_kind(), DIRECT);
         p.speed[i] = turns ? motion.speed : T(NOT_A_NUMBER);

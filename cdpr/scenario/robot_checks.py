@@ -148,6 +148,8 @@ class RobotChecks(Checks):
         """Check the numbers of winches that depend on others."""
         pushes = self.document.get((*self.root, "unilateral")) is False
         for i, cable in enumerate(given):
+            if pushes and self._rubs(cable, i):
+                return
             if kind_of(self.document, self.root, cable) is None:
                 continue
             path = winch_path(self.root, cable, i)
@@ -162,6 +164,18 @@ class RobotChecks(Checks):
                 text = "not supported for rigid legs, which push (unilateral: false): remove one of both"
                 self.add_problem((*path, EFFICIENCY.key), text)
                 return
+
+    def _rubs(self, cable: Any, i: int) -> bool:
+        """Report friction on the exit of a leg that pushes; return True if there is any."""
+        own = isinstance(cable, dict) and isinstance(cable.get("exit"), dict)
+        path = (*self.root, *(("cables", i) if own else ("cable",)), "exit")
+        leads = self.document.get(path)
+        for key in ("friction", "bearing_friction") if isinstance(leads, dict) else ():
+            if leads.get(key):
+                text = "not supported for rigid legs, which push (unilateral: false): remove one of both"
+                self.add_problem((*path, key), text)
+                return True
+        return False
 
     def _winches(self) -> None:
         """Check the brakes, and report numbers that no cable with this winch uses."""

@@ -1,6 +1,7 @@
 // Drives that apply the commands of winches imperfectly. SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cdpr/cables/parts.hpp>
 #include <cdpr/field.hpp>
 #include <cdpr/random_numbers.hpp>
 
@@ -9,7 +10,7 @@ namespace cdpr::CDPR_TARGET {
 struct ImperfectDrives {
     const double* command;       // (m), N, m or m/s, of the winches
     const double* imposed;       // (m), N, tensions that events impose on cables; NaN for none
-    const double* takes_rate;    // (m), 1 if the command is a rate, else 0
+    const int64_t* takes;        // (m), a CommandKind
     const double* imperfection;  // (m, 4): delay in control periods, resolution, largest change in a period, half play
     double* line;                // (k, m), sent commands, the present one first; k is longer than every delay
     double* motor;               // (m), command after the limit of its rate
@@ -19,7 +20,7 @@ struct ImperfectDrives {
     int64_t m;
     int64_t k;
     static constexpr char fields[] =
-        "command(m), imposed(m), takes_rate(m), imperfection(m, 4), both line(k, m), both motor(m), "
+        "command(m), imposed(m), takes(m), imperfection(m, 4), both line(k, m), both motor(m), "
         "both drum(m), applied(m), period, m, k >= 1";
 };
 
@@ -31,7 +32,7 @@ inline int apply_drives(ImperfectDrives& p, double time) {
     for (int64_t i = 0; i < p.m; i++) {
         const double* const own = p.imperfection + 4 * i;
         const double resolution = own[1], most = own[2], half = own[3];
-        const bool rate = p.takes_rate[i] != 0.0;
+        const bool rate = p.takes[i] == RATE_COMMAND;
         const double given = resolution > 0.0 ? resolution * rounded(p.command[i] / resolution) : p.command[i];
         if (first) {
             const double before = rate ? 0.0 : given;
@@ -50,7 +51,7 @@ inline int apply_drives(ImperfectDrives& p, double time) {
         } else {
             p.applied[i] = p.drum[i] = smaller(larger(p.drum[i], motor - half), motor + half);
         }
-        if (p.imposed[i] == p.imposed[i]) p.applied[i] = p.imposed[i];
+        if (p.takes[i] == TENSION_COMMAND && p.imposed[i] == p.imposed[i]) p.applied[i] = p.imposed[i];
     }
     return 0;
 }

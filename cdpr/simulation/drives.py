@@ -8,7 +8,8 @@ import numpy as np
 
 from cdpr.base.columns import GROUPS
 from cdpr.base.needs import of_drives
-from cdpr.cables import RATE, commands_of, takes_lengths
+from cdpr.cables import takes_lengths
+from cdpr.cables.tables import command_kinds
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.scenario import Scenario
@@ -76,7 +77,7 @@ class Drives(LoopPart):
             "apply_drives",
             command=surroundings.view("winch_command" if takes_lengths(robot) else "tension"),
             imposed=surroundings.imposed,
-            takes_rate=np.array([float(each == RATE) for each in commands_of(robot)]),
+            takes=command_kinds(robot),
             imperfection=self._imperfection,
             line=self._line,
             motor=self._motor,

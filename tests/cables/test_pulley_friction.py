@@ -233,6 +233,15 @@ def test_unsupported_uses_are_errors():
         Actuator(load_scenario(SCENARIO, overrides={**MU, **MODELS["elastic"]}).robot, 1e-3).variables()
 
 
+def test_legs_that_push_have_no_friction():
+    """Its sign is that of cables under tension."""
+    with pytest.raises(ScenarioError, match=r"exit\.friction: not supported for rigid legs"):
+        load_scenario(SCENARIO, overrides={**MU, "robot.unilateral": False})
+    robot = load_scenario(SCENARIO, overrides=MU).robot
+    with pytest.raises(CdprError, match="friction on its exit: not supported for rigid legs"):
+        line_table(replace(robot, unilateral=False))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("model", ["ideal", "elastic"])
 def test_an_exported_plant_with_winches_moves_as_reference_does(model, tmp_path):

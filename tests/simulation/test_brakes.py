@@ -84,9 +84,17 @@ def test_a_power_cut_of_category_0(winch, brake):
     assert run.position[250, 2] - height > (0.1 if "brake_delay" in brake else 0.01)  # m, stopping distance
     assert (run["unstretched_rate"][-100:] == 0.0).all()
     assert not run.motor_torque[251:].any()
+    assert not run.motor_power[251:].any()
     assert run.cable_tension[-1, 0] == pytest.approx(MASS * GRAVITY, rel=1e-3)
     assert run.summary()["energy_J"]["balanced"]
     assert [event.kind for event in run.events if event.time >= CUT][:2] == ["emergency_stop", "power_off"]
+
+
+def test_drives_apply_commands_of_winches_without_power():
+    """Only tensions become 0."""
+    run = cdpr.simulate(hoist(SERVO | BRAKE, {"category": 0}, drives={"delay": 0.004}))
+    assert run.drive_command[-1, 0] == run.winch_command[-1, 0] > 0.1
+    assert not run.motor_power[260:].any()
 
 
 def test_a_weak_brake_slides():

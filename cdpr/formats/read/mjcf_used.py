@@ -39,7 +39,7 @@ USED = {
     "general": f"{LIMITED} gaintype gainprm biastype biasprm dyntype dynprm actdim",
     "position": SERVO,
     "velocity": SERVO,
-    "intvelocity": f"{SERVO} actrange",
+    "intvelocity": SERVO,
     "keyframe": "",
 }
 TABLE = {name: tuple(words.split()) for name, words in USED.items()}
