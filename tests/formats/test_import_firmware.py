@@ -130,6 +130,16 @@ def test_given_limits_are_used_where_the_file_has_none(tmp_path):
     assert "assumed tension" not in told(found)
 
 
+@pytest.mark.parametrize("end", ["\n", "\r\n", "\r"])
+def test_only_ends_of_lines_end_a_comment(tmp_path, end):
+    """The second byte of the letter is 0x85, a line end of latin-1."""
+    text = KLIPPER.replace("[printer]", "# Åke\n[printer]  # Åland").replace("\n", end)
+    robot, _ = imported(tmp_path, text, "printer.cfg")
+    assert robot.m == 4
+    robot, _ = imported(tmp_path, RRF.replace("; Configuration file", "; Åke").replace("\n", end))
+    assert robot.m == 4
+
+
 def test_later_lines_replace_earlier_ones(tmp_path):
     robot, _ = imported(tmp_path, RRF + "M669 D0:0:2500\n")
     np.testing.assert_allclose(robot.cables[3].frame, [0, 0, 2.5], atol=1e-12)
