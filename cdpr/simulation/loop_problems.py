@@ -123,7 +123,7 @@ def _servos(scenario: Scenario) -> Iterator[Mapping[str, Any]]:
     """Yield lower gains of the servos."""
     winch = scenario.robot.cables[0].winch
     for key in SERVO_GAINS:
-        value = float(getattr(winch, key, 0.0))
+        value = 0.0 if winch is None else float(winch.own.get(key, 0.0))
         for halving in range(1, 5 if value else 1):
             yield {f"robot.winch.{key}": value * 0.5**halving}
 

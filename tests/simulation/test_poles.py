@@ -270,6 +270,17 @@ def test_the_physics_step_and_the_control_step_are_checked():
     assert "lower gains of the servos" in found["simulation", "physics_step"]
 
 
+def test_lower_gains_of_servos_are_a_remedy():
+    cable = {"model": "elastic", "axial_stiffness": 2e5, "damping": 500.0}
+    servo = {"type": "position", "drum_radius": RADIUS, "inertia": 2e-3, "position_gain": 40.0, "velocity_gain": 0.5}
+    servo |= {"integral_gain": 50.0}
+    scenario = crane(0.004, 2e-4, controller={"type": "inverse_kinematics"}, cable=cable, winch=servo)
+    known, found = loop_problems(scenario)
+    assert known == "unstable"
+    assert "it is stable with robot.winch.position_gain 20" in dict(found)["controller",]
+    assert verdict(at_start(scenario.with_changes({"robot.winch.position_gain": 20.0}))) == "stable"
+
+
 def test_engines_have_the_scheme_of_their_backend():
     """Drums with friction, whose differences need small steps: almost the loop of the reference."""
     scenario = cdpr.load_scenario(SCENARIOS / "winch.yaml")
