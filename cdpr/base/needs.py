@@ -156,6 +156,11 @@ def of_exit_friction() -> Needs:
     return _but({**plants, "mjcf": apart, "sdf": apart, "urdf": apart, "backend": feature})
 
 
+def of_brakes() -> Needs:
+    """Return the needs of a power cut of winches with brakes."""
+    return replace(of_run(), backend={"features": "brakes"})
+
+
 def of_length_winch() -> Needs:
     """Return the needs of a winch that takes a length or its rate as its command."""
     models = {key: getattr(of_winch(), key) for key in ("mjcf", "sdf", "urdf")}

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from cdpr.cables import chain_of
+from cdpr.cables.chain import Number
 from cdpr.cables.drum import RADIUS
 from cdpr.cables.tables import home_lengths, transmission_numbers
 from cdpr.cables.transmission import GROWTH, KERNEL, REEVING
-from cdpr.model import Robot
+from cdpr.model import Cable, Robot
 from cdpr.model.robot import Array
 from cdpr.native.arrays import real
 from cdpr.native.bind import bind
@@ -107,9 +110,17 @@ def drum_table(robot: Robot) -> Array:
         [
             [
                 math.nan if cable.winch is None else RADIUS.of(cable, math.nan),
-                *transmission_numbers(cable, () if cable.winch is None else KERNEL, robot.unilateral),
+                *transmission_numbers(cable, _accepted(robot, cable), robot.unilateral),
                 home,
             ]
             for cable, home in zip(robot.cables, home_lengths(robot).tolist(), strict=True)
         ]
     )
+
+
+def _accepted(robot: Robot, cable: Cable) -> Sequence[Number]:
+    """Return the numbers of the transmission that the winch of a cable uses; all of a winch that does not turn."""
+    winch = chain_of(robot, cable).winch
+    if cable.winch is None:
+        return ()
+    return winch.transmission if winch.states else KERNEL

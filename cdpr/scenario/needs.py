@@ -10,9 +10,10 @@ from pydantic.fields import FieldInfo
 
 from cdpr.base.fields import Kind, Section
 from cdpr.base.kinds import Kinds
-from cdpr.base.needs import MEANINGS, UNCONCERNED, UNDECLARED, Needs, of_exit_friction
+from cdpr.base.needs import MEANINGS, UNCONCERNED, UNDECLARED, Needs, of_brakes, of_exit_friction
 from cdpr.base.problems import Path
 from cdpr.cables import MODELS, WINCH_TYPES, named
+from cdpr.cables.brake import brake_of
 from cdpr.scenario.content import Content
 
 
@@ -60,6 +61,10 @@ def in_use(scenario: Content) -> Iterator[tuple[Path, Needs, Any]]:
         if leaves is not None and leaves.rubs:
             place: Path = ("robot", "cable") if cable.exit is None else ("robot", "cables", i)
             yield (*place, "exit"), of_exit_friction(), leaves
+    if any(brake_of(cable) is not None for cable in scenario.robot.cables):
+        for i, event in enumerate(scenario.sections.events):
+            if event.cuts_power:
+                yield ("events", i, "category"), of_brakes(), event
 
 
 def _walk(section: Section, path: Path) -> Iterator[tuple[Path, Needs, Any]]:
@@ -124,14 +129,15 @@ def declarations(model: type[Section], path: str = "") -> Iterator[tuple[str, Ne
 
 
 def part_declarations() -> Iterator[tuple[str, Needs | None]]:
-    """Yield key and needs of each cable model, once for its winch and once for its span."""
+    """Yield key and needs of each cable model, once for its winch and once for its span, and of types of winches."""
     for name, chain in MODELS.items():
-        for part in (chain.winch, chain.span):
-            yield f"robot.cable.model: {name} {type(part).__name__.lower()}", part.needs
+        for title, part in (("winch", chain.winch), ("span", chain.span)):
+            yield f"robot.cable.model: {name} {title}", part.needs
     for name, (simple, driven) in WINCH_TYPES.items():
         yield f"robot.winch.type: {name}", simple.needs
         yield f"robot.winch.type: {name} with inertia", driven.needs
     yield "robot.cable.exit: with friction", of_exit_friction()
+    yield "robot.winch.brake_torque: with a power cut", of_brakes()
 
 
 def parts_of(info: FieldInfo) -> Iterator[type[Section]]:

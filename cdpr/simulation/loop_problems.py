@@ -13,39 +13,38 @@ from cdpr.base.problems import Path
 from cdpr.model.robot import Array
 from cdpr.scenario import Scenario
 from cdpr.simulation.linearised import linearise
-from cdpr.simulation.poles import UNDECIDED, UNSTABLE, pole_text, poles, sampling, verdict
+from cdpr.simulation.poles import STABLE, UNDAMPED, UNDECIDED, UNSTABLE, pole_text, poles, sampling, verdict
 
 HALVINGS = 6  # of a bandwidth, in trials of remedies
 GROWN = math.log(10.0)
 
 # Powers of the bandwidth to which gains of the controllers are proportional.
 POWERS = {"kp": 2, "kd": 1, "ki": 3}
+WORSE = STABLE, UNDAMPED, UNDECIDED, UNSTABLE  # verdicts, the worst last
 SERVO_GAINS = "position_gain", "velocity_gain"
 
 
 def loop_problems(scenario: Scenario) -> tuple[str, list[tuple[Path, str]]]:
     """Return the verdict on the loop at the start and at the end of the motion, and warnings with their keys.
 
-    The verdict is that of `cdpr.simulation.poles.verdict`, the worse of both, or the reason why there is none.
+    The verdict is the worse of both of `cdpr.simulation.poles.verdict`, or the reason why there is none.
     """
     found: dict[Path, str] = {}
-    known = "stable"
+    known = STABLE
     for where, pose in rest_poses(scenario).items():
         try:
             loop = linearise(scenario, pose)
         except CdprError as error:
             return f"not computed: {error}", list(found.items())
         here = verdict(loop)
-        known = here if here != "stable" else known
+        known = max(known, here, key=WORSE.index)
         worst = poles(loop)[0] if len(loop.A) else None
         if worst is not None and worst.value.real > 0.0 and here in (UNSTABLE, UNDECIDED):
             be = "is" if here == UNSTABLE else "may be"
             mode = f"{_growth(worst.value)} and moves {', '.join(worst.moves)}"
             text = f"the closed loop {be} unstable at rest at the {where}: {mode}; {_remedies(scenario, pose)}"
             found.setdefault(("controller",), text)
-        for path, text in (
-            sampling(loop, scenario) if scenario.ideal_drives else ()
-        ):  # a delay has fast modes of its own
+        for path, text in sampling(loop, scenario):
             found.setdefault(path, text)
         if here == UNSTABLE:
             break
@@ -123,7 +122,7 @@ def _servos(scenario: Scenario) -> Iterator[Mapping[str, Any]]:
     """Yield lower gains of the servos."""
     winch = scenario.robot.cables[0].winch
     for key in SERVO_GAINS:
-        value = float(getattr(winch, key, 0.0))
+        value = 0.0 if winch is None else float(winch.own.get(key, 0.0))
         for halving in range(1, 5 if value else 1):
             yield {f"robot.winch.{key}": value * 0.5**halving}
 

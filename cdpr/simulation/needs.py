@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Any
 
+from cdpr.base.errors import CdprError
 from cdpr.base.fields import Kind
-from cdpr.base.needs import USES, Needs, Support
+from cdpr.base.needs import UNDECLARED, USES, Needs, Support
 from cdpr.base.problems import Mark, Path, dotted
+from cdpr.cables import chain_of
 from cdpr.config.problems import Problems
+from cdpr.model import Robot
 from cdpr.scenario import Scenario
 from cdpr.scenario.needs import in_use
 from cdpr.simulation.loop_parts import loop_parts
@@ -29,6 +32,16 @@ def require(scenario: Scenario, use: str) -> None:
                 Mark(scenario.mark().source), (), f"{title}: {_unsupported(use, support)}; remove it from the loop"
             )
     problems.raise_any()
+
+
+def require_parts(robot: Robot, use: str) -> None:
+    """Raise CdprError unless a use, one of `USES`, supports the winches and spans of a robot without a scenario."""
+    for cable in robot.cables:
+        chain = chain_of(robot, cable)
+        for part in (chain.winch, chain.span):
+            support = (part.needs or UNDECLARED).support(use)
+            if support.level == "no":
+                raise CdprError(f"robot '{robot.name}', cable '{cable.name}': {_unsupported(use, support)}")
 
 
 def supported(scenario: Scenario, use: str) -> bool:

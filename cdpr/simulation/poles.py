@@ -184,7 +184,10 @@ def closed_loop(scenario: Scenario, pose: Array) -> dict[str, Any]:
 def sampling(loop: Linearised, scenario: Scenario) -> list[tuple[Path, str]]:
     """Return problems of the control step and of the physics step, with the keys that they concern."""
     found: list[tuple[Path, str]] = []
-    step, fast = loop.period, [pole for pole in poles(loop) if abs(pole.z) > LASTS and pole.value.imag > 0.0]
+    step = loop.period
+    # Commands that wait in drives with a delay have fast modes of their own.
+    modes = [] if _delayed(scenario) else poles(loop)
+    fast = [pole for pole in modes if abs(pole.z) > LASTS and pole.value.imag > 0.0]
     inside = plant_poles(loop)
     if _feedback(scenario):
         ringing = max(fast, key=lambda pole: pole.value.imag).value if fast else 0j
@@ -212,6 +215,12 @@ def sampling(loop: Linearised, scenario: Scenario) -> list[tuple[Path, str]]:
 def _feedback(scenario: Scenario) -> bool:
     """Return False if the controller declares that it does not use the state."""
     return bool(chosen_plugins(scenario)["controller"].info.properties.get("feedback", True))
+
+
+def _delayed(scenario: Scenario) -> bool:
+    """Return True if a drive applies its command later."""
+    drives = scenario.sections.drives
+    return drives is not None and any(drives.of_cable(cable.name).delay > 0.0 for cable in scenario.robot.cables)
 
 
 def pole_text(pole: complex) -> str:

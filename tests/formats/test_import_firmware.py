@@ -84,11 +84,20 @@ def test_drums_turn_as_the_firmware_turns_its_spools(tmp_path):
     np.testing.assert_allclose(drums.angle[0], -steps / 25 * 2 * np.pi * 20 / 255, rtol=1e-9)
 
 
-def test_parameters_without_radii_are_reported(tmp_path):
-    robot, found = imported(tmp_path, RRF.replace(" R75.546:75.659:76.128:75.192", ""))
-    assert np.isnan(robot.cables[0].winch.drum_radius)
-    for key in ("M666 Q: not imported", "M666 U: not imported", "M666 H: not imported", "no radii of spools"):
-        assert key in told(found), key
+def test_missing_parameters_of_spools_are_the_defaults_of_the_firmware(tmp_path):
+    """DefaultSpoolRadii, DefaultSpoolBuildupFactor, ... of HangprinterKinematics.cpp, in mm."""
+    lines = [line for line in RRF.splitlines() if not line.startswith(("M666 Q", "M666 U", "M666 L"))]
+    robot, found = imported(tmp_path, "\n".join(lines))
+    winches = [cable.winch for cable in robot.cables]
+    np.testing.assert_allclose([winch.drum_radius for winch in winches], 0.075, rtol=1e-12)
+    own = {"drum_growth": [7e-6] * 4, "reeving": [2, 2, 2, 4], "gear_ratio": [12.75] * 4}
+    for key, values in own.items():
+        np.testing.assert_allclose([winch.own[key] for winch in winches], values, rtol=1e-12)
+    assert "M666 R 75:75:75:75, U 2:2:2:4, Q 0.007, H 255:255:255:255, L 20:20:20:20" in told(found)
+    _, found = imported(tmp_path, RRF.replace("Q0.128181", "Q0").replace("L20:20:20:20 ", ""))
+    assert "M666 L 20:20:20:20; other versions" in told(found)
+    _, found = imported(tmp_path, RRF)
+    assert "defaults of the firmware" not in told(found)
 
 
 def test_older_versions_have_the_spools_in_m669(tmp_path):
@@ -128,6 +137,16 @@ def test_given_limits_are_used_where_the_file_has_none(tmp_path):
     robot, found = imported(tmp_path, text, tension=(2, 50))
     assert (robot.tension_min.tolist(), robot.tension_max.tolist()) == ([2] * 4, [50] * 4)
     assert "assumed tension" not in told(found)
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_only_ends_of_lines_end_a_comment(tmp_path, end):
+    """The second byte of the letter is 0x85, a line end of latin-1."""
+    text = KLIPPER.replace("[printer]", "# Åke\n[printer]  # Åland").replace("\n", end)
+    robot, _ = imported(tmp_path, text, "printer.cfg")
+    assert robot.m == 4
+    robot, _ = imported(tmp_path, RRF.replace("; Configuration file", "; Åke").replace("\n", end))
+    assert robot.m == 4
 
 
 def test_later_lines_replace_earlier_ones(tmp_path):

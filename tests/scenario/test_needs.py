@@ -183,3 +183,13 @@ def test_remote_peers_receive_exits_and_pushing_legs():
     greeting = greeting_of("plant", robot, np.array([0.0, 0.0, -9.81]))
     assert [each["type"] for each in greeting["exits"]] == ["pulley"] * robot.m
     assert greeting["unilateral"]
+
+
+def test_an_fmu_of_a_robot_file_rejects_steppers(tmp_path):
+    robot = ROOT / "scenarios" / "robots" / "v_plotter.yaml"
+    words = ["fmu", "export", str(robot), "--out", str(tmp_path / "steps.fmu"), "--source-only"]
+    changes = ["winch.type=stepper", "winch.stall_torque=5.0"]
+    done = CliRunner().invoke(cli, words + [word for each in changes for word in ("--set", each)])
+    assert done.exit_code
+    assert "cable 'left': not supported by an exported FMU without controller: drives that count" in str(done.exception)
+    assert not (tmp_path / "steps.fmu").exists()

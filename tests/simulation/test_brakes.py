@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from command_line import cdpr_here
 from log_cases import same_bits
 from scipy.integrate import solve_ivp
 
@@ -197,6 +198,23 @@ def test_messages(name):
     with pytest.raises(cdpr.CdprError) as caught:
         hoist(winch, event)
     assert text in str(caught.value)
+
+
+@pytest.mark.parametrize("backend", ["fmu", "remote"])
+def test_a_power_cut_needs_a_backend_with_brakes(tmp_path, backend):
+    """The file is rejected before a run, with the line of the power cut."""
+    options = {"fmu": {}, "remote": {"address": "127.0.0.1:9"}}[backend]
+    changes = {"simulation.backend": backend, f"backend_options.{backend}": options}
+    file = tmp_path / "s.yaml"
+    file.write_text(hoist(SERVO | BRAKE, {"category": 0}, **changes).resolved_yaml())
+    line = next(k for k, text in enumerate(file.read_text().splitlines(), 1) if "category: 0" in text)
+    checked = cdpr_here("validate", file.name, cwd=tmp_path, code=None)
+    assert checked.returncode
+    expected = f"s.yaml:{line}:13: events[0].category: backend '{backend}', with its options, does not support features: "
+    assert checked.stderr == f"{expected}brakes: choose another backend, or remove the section\n"
+    for winch, category in ((SERVO | BRAKE, 2), (TORQUE, 0)):  # no brake closes
+        file.write_text(hoist(winch, {"category": category}, **changes).resolved_yaml())
+        assert "brakes" not in cdpr_here("validate", file.name, cwd=tmp_path).stderr
 
 
 def test_a_brake_needs_a_cable_that_stretches():

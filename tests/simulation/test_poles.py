@@ -16,6 +16,7 @@ import cdpr
 from cdpr.base.errors import CdprError
 from cdpr.plugins import Controller, SnapshotOfArrays
 from cdpr.plugins.registry import registry
+from cdpr.simulation import loop_problems as loop_problems_module
 from cdpr.simulation.linearised import NotLinearisedError, linearise
 from cdpr.simulation.loop_problems import loop_problems
 from cdpr.simulation.poles import bandwidths, closed_loop, plant_poles, poles, verdict
@@ -268,6 +269,41 @@ def test_the_physics_step_and_the_control_step_are_checked():
     found = dict(loop_problems(scenario)[1])
     assert list(found) == [("simulation", "physics_step")]
     assert "lower gains of the servos" in found["simulation", "physics_step"]
+
+
+def test_lower_gains_of_servos_are_a_remedy():
+    cable = {"model": "elastic", "axial_stiffness": 2e5, "damping": 500.0}
+    servo = {"type": "position", "drum_radius": RADIUS, "inertia": 2e-3, "position_gain": 40.0, "velocity_gain": 0.5}
+    servo |= {"integral_gain": 50.0}
+    scenario = crane(0.004, 2e-4, controller={"type": "inverse_kinematics"}, cable=cable, winch=servo)
+    known, found = loop_problems(scenario)
+    assert known == "unstable"
+    assert "it is stable with robot.winch.position_gain 20" in dict(found)["controller",]
+    assert verdict(at_start(scenario.with_changes({"robot.winch.position_gain": 20.0}))) == "stable"
+
+
+@pytest.mark.parametrize("drives", [{"rate_max": 1e6}, {"delay": 0.02}])
+def test_drives_do_not_hide_the_steps_that_are_too_long(drives):
+    """Only the modes of a delay have no warning of the control step."""
+    cable = {"model": "elastic", "axial_stiffness": 2e5, "damping": 5.0}
+    winch = {"drum_radius": RADIUS, "inertia": 2e-4}
+    gains = {"type": "computed_torque", "kp": 1.0, "kd": 2.0}
+    scenario = crane(0.02, 0.001, controller=gains, cable=cable, winch=winch).with_changes({"drives": drives})
+    assert ("simulation", "physics_step") in dict(loop_problems(scenario)[1])
+    gains = {"type": "computed_torque", "kp": 2500.0, "kd": 50.0}
+    scenario = crane(0.02, controller=gains)
+    assert ("simulation", "control_step") in dict(loop_problems(scenario)[1])
+    found = dict(loop_problems(scenario.with_changes({"drives": drives}))[1])
+    assert (("simulation", "control_step") in found) == ("delay" not in drives)
+
+
+def test_the_verdict_is_the_worse_of_both_poses(monkeypatch):
+    motion = {"type": "quintic", "duration": 0.5, "to": {"position": [0.0, 0.0, 1.2]}}
+    scenario = crane().with_changes({"trajectory": motion})
+    for both in (["undecided", "undamped"], ["undamped", "undecided"]):
+        answers = iter(both)
+        monkeypatch.setattr(loop_problems_module, "verdict", lambda loop, answers=answers: next(answers))
+        assert loop_problems(scenario)[0] == "undecided"
 
 
 def test_engines_have_the_scheme_of_their_backend():

@@ -185,7 +185,7 @@ def _is_number(word: str) -> bool:
 
 
 def _is_table(content: bytes) -> bool:
-    lines = content.removeprefix(b"\xef\xbb\xbf").decode("latin-1").splitlines()
+    lines = (line.decode("latin-1") for line in content.removeprefix(b"\xef\xbb\xbf").splitlines())
     rows = list(islice((words for line in lines if (words := _words(line))), 4))
     if rows and _headings(rows[0]):
         rows = rows[1:]

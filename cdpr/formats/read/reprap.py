@@ -29,6 +29,10 @@ FEWEST = 3
 # Letters of values per line, in M666 and, in older versions, in M669.
 RADIUS, MASS, STIFFNESS, LOW, HIGH = "R", "W", "S", "I", "X"
 GROWTH, LINES, ADVANTAGE, SPOOL_TEETH, MOTOR_TEETH, OLD_MOTOR_TEETH = "Q", "O", "U", "H", "L", "G"
+# Defaults of the firmware, those of a Hangprinter 4; mm for the first two.
+DEFAULT_RADIUS, DEFAULT_GROWTH, DEFAULT_SPOOL_TEETH, DEFAULT_MOTOR_TEETH = 75.0, 0.007, 255.0, 20.0
+DEFAULT_ADVANTAGE, DEFAULT_LAST_ADVANTAGE = 2.0, 4.0  # of the last line, which holds the weight
+DEFAULT = "default of the firmware"
 OLDER = "QWRUOGLHJ"  # letters of M669 in older versions that are not anchors
 
 NOT_IMPORTED = {
@@ -83,6 +87,11 @@ def read(path: Path, content: bytes, choice: Choice) -> Imported:
     complete(found, values.printer(), str(path), choice.tension)
     if values.spring is not None:
         found.comments["cable", "axial_stiffness"] += ", as in its flex compensation without guy lines"
+    if values.defaults:
+        found.warnings.append(
+            f"{path}: assumed the defaults of the firmware for a Hangprinter 4, because the file does not define them: "
+            f"M666 {', '.join(values.defaults)}; other versions of the firmware have other defaults"
+        )
     found.left_out += values.left_out + _others(commands)
     return found
 
@@ -98,6 +107,7 @@ class _Values:
     spools: dict[str, Command] = field(default_factory=dict)
     count: int = DEFAULT_ANCHORS
     spring: Command | None = None
+    defaults: list[str] = field(default_factory=list)
 
     def __post_init__(self) -> None:
         """Sort the words of all commands."""
@@ -166,12 +176,18 @@ class _Values:
 
     def _wind(self, lines: list[Line]) -> str:
         """Add the spools to the lines; return their source."""
-        radii = self._each(RADIUS)
-        if radii is None:
-            return ""
-        growth, each, advantage = self._one(GROWTH), self._each(LINES, least=1.0), self._each(ADVANTAGE, least=1.0)
-        spools = self._each(SPOOL_TEETH)
-        motors = self._each(MOTOR_TEETH if MOTOR_TEETH in self.spools else OLD_MOTOR_TEETH)
+        count = len(lines)
+        radii = self._each(RADIUS) or self._default(RADIUS, [DEFAULT_RADIUS] * count)
+        advantage = self._each(ADVANTAGE, least=1.0) or self._default(
+            ADVANTAGE, [*[DEFAULT_ADVANTAGE] * (count - 1), DEFAULT_LAST_ADVANTAGE]
+        )
+        each, growth = self._each(LINES, least=1.0), self._one(GROWTH)
+        if GROWTH not in self.spools:
+            (value,), source = self._default(GROWTH, [DEFAULT_GROWTH])
+            growth = value, source
+        spools = self._each(SPOOL_TEETH) or self._default(SPOOL_TEETH, [DEFAULT_SPOOL_TEETH] * count)
+        own = MOTOR_TEETH if MOTOR_TEETH in self.spools else OLD_MOTOR_TEETH
+        motors = self._each(own) or self._default(MOTOR_TEETH, [DEFAULT_MOTOR_TEETH] * count)
         at = [f"drum_radius: {radii[1]}"]
         for line, radius in zip(lines, radii[0], strict=True):
             line.radius = round(radius * MM, 9)
@@ -184,11 +200,15 @@ class _Values:
                 at.append(f"{key}: {found[1]}")
                 for line, value in zip(lines, found[0], strict=True):
                     line.transmission[key] = value
-        if spools is not None and motors is not None:
-            at.append(f"gear_ratio: {spools[1]}, over {motors[1]}")
-            for line, spool, motor in zip(lines, spools[0], motors[0], strict=True):
-                line.transmission["gear_ratio"] = spool / motor
+        at.append(f"gear_ratio: {spools[1]}, over {motors[1]}")
+        for line, spool, motor in zip(lines, spools[0], motors[0], strict=True):
+            line.transmission["gear_ratio"] = spool / motor
         return "; ".join(at)
+
+    def _default(self, letter: str, values: list[float]) -> tuple[list[float], str]:
+        """Return values of the firmware, which a warning then lists, and their source."""
+        self.defaults.append(f"{letter} {':'.join(f'{value:g}' for value in values)}")
+        return values, DEFAULT
 
     def _line(self, letter: str) -> Line:
         command = self.anchors.get(letter)

@@ -15,7 +15,8 @@ def lines_of(content: bytes, file: str) -> list[str]:
     Raises:
         FormatError: if it has too many lines, or one that is too long.
     """
-    lines = content.removeprefix(b"\xef\xbb\xbf").decode("latin-1").splitlines()
+    # Of bytes: latin-1 text would also end a line at the byte 0x85, which is part of some UTF-8 letters.
+    lines = [each.decode("latin-1") for each in content.removeprefix(b"\xef\xbb\xbf").splitlines()]
     if len(lines) > MAX_LINES:
         raise FormatError(f"{file}: expected at most {MAX_LINES} lines, got {len(lines)}")
     for number, line in enumerate(lines, 1):

@@ -77,7 +77,7 @@ def command(
     from cdpr.log.files import NAME_OR_FORCE
     from cdpr.mechanics.kinematics import make_state
     from cdpr.mechanics.properties import home_pose
-    from cdpr.simulation.needs import omitted, require
+    from cdpr.simulation.needs import omitted, require, require_parts
 
     if with_winch and only_winch:
         raise click.UsageError("--with-winch and --only-winch exclude each other")
@@ -101,6 +101,7 @@ def command(
         if only_winch and loaded.actuators is not None:
             robot = with_model(robot, ACTUATED)  # as the scenario itself exports them
     else:
+        require_parts(loaded, "plant_fmu")
         pose, _ = home_pose(loaded)
         robot, gravity, state = loaded, np.array(World().gravity), make_state(pose[:3], pose[3:])
     step = step or DEFAULT_STEP

@@ -101,7 +101,10 @@ def _require_buildable(scenario: Scenario) -> None:
     from cdpr.simulation.build import faults
 
     found = list(faults(scenario))
-    lines = [f"{scenario.place(*fault.path)}: {fault.error}" for fault in found]
+    lines = [
+        text if (text := str(fault.error)).startswith(place := f"{scenario.place(*fault.path)}: ") else f"{place}{text}"
+        for fault in found
+    ]
     if lines and all(isinstance(fault.error, PluginError) for fault in found):
         raise PluginError("\n".join(lines))
     if lines:
