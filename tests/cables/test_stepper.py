@@ -63,10 +63,10 @@ def test_a_rotor_starts_where_it_holds_the_load():
         sample = Stepping(seed, STEPPER_MOTOR)
         sample.command[:] = sample.length * 0.9999  # the first command is the unwound length
         bind("settle_winches", **sample.given)()
-        unwound, _, reference = sample.winch.reshape(M, 3).T
+        unwound, speed, reference = sample.winch.reshape(M, 3).T
         assert unwound.tobytes() == sample.command.tobytes()
-        load = sample.drum[:, 0] * sample.elastic[:, 0] * (sample.length - unwound) / unwound
-        held = np.minimum(load, sample.steps[:, 2])
+        load = sample.drum[:, 0] * sample.elastic[:, 0] * (sample.length - unwound) / unwound + sample.friction(speed)
+        held = np.clip(load, -sample.steps[:, 2], sample.steps[:, 2])
         np.testing.assert_allclose(sample.motor(unwound, reference), held, rtol=1e-9, atol=1e-8)
         holds += (held == load).sum()
     assert 0 < holds < POSES * M
