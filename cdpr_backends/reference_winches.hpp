@@ -64,6 +64,13 @@ template <class T, class Anchors> inline void write_slopes(const Plant<T>& plant
     }
 }
 
+// Stop the drums that a brake has brought to rest since `start`, the point at the start of the step.
+template <class T> CDPR_INLINE void stop_braked_drums(Plant<T>& plant, T* start) {
+    const WinchStates<T> before = {start + 14, plant.places};
+    for (int64_t i = 0; i < plant.m; i++)
+        if (plant.stretches(i)) plant.speed(i) = stopped_by_brake(plant, i, before.speed(i), plant.speed(i));
+}
+
 // Advance body, winches and work by one step. The plant is settled at its start: the first stage is already evaluated.
 template <class T, class Anchors>
 inline void advance(WinchRungeKutta<T>& problem, PlatformDynamics<T>& dynamics, Anchors& anchors) {
@@ -76,6 +83,7 @@ inline void advance(WinchRungeKutta<T>& problem, PlatformDynamics<T>& dynamics, 
     for (int stage = 0; stage < STAGES; stage++) {
         if (stage > 0) {
             scatter(point, plant, size);
+            stop_braked_drums(plant, start);
             anchors.place(since);
             plant_geometry(plant);
             add_anchor_rates(plant, anchors);
@@ -94,9 +102,7 @@ inline void advance(WinchRungeKutta<T>& problem, PlatformDynamics<T>& dynamics, 
     for (int64_t i = 0; i < size; i++) point[i] = start[i] + c * total[i];
     store(normalised(quaternion(point + 3)), point + 3);
     scatter(point, plant, size);
-    const WinchStates<T> before = {start + 14, plant.places};
-    for (int64_t i = 0; i < plant.m; i++)
-        if (plant.stretches(i)) plant.speed(i) = stopped_by_brake(plant, i, before.speed(i), plant.speed(i));
+    stop_braked_drums(plant, start);
     // The work is integrated here: nothing is left for `settle` to add.
     for (int64_t i = 0; i < plant.m; i++) plant.tension[i] = 0.0;
     for (int64_t i = 0; i < 6; i++) plant.beside[i] = 0.0;

@@ -98,6 +98,18 @@ def test_drives_apply_commands_of_winches_without_power():
     assert not run.motor_power[260:].any()
 
 
+@pytest.mark.parametrize("backend", ["reference", "mujoco"])
+def test_a_brake_of_any_strength_only_stops(backend):
+    """It turns no drum back, in no stage of a step, so all strong brakes end in the same place."""
+    ends = []
+    for torque in (1e2, 1e4, 1e8):
+        brake = {"brake_torque": torque}
+        run = cdpr.simulate(hoist(SERVO | brake, {"category": 0}, **{"simulation.backend": backend}))
+        assert (np.diff(run["unstretched_length"][:, 0]) >= -1e-12).all()  # it was paid out
+        ends.append(run.position[-1, 2])
+    assert np.ptp(ends) < 2e-4
+
+
 def test_a_weak_brake_slides():
     """With constant acceleration (m g r - M_b - f) / (m r^2 + I) r, after viscous friction limits it."""
     run = cdpr.simulate(hoist(SERVO | {"brake_torque": 8.0}, {"category": 0}, **{"simulation.duration": 0.9}))
