@@ -202,7 +202,9 @@ def test_a_power_cut_needs_a_backend_with_brakes(tmp_path, backend):
     line = next(k for k, text in enumerate(file.read_text().splitlines(), 1) if "category: 0" in text)
     checked = cdpr_here("validate", file.name, cwd=tmp_path, code=None)
     assert checked.returncode
-    expected = f"s.yaml:{line}:13: events[0].category: backend '{backend}', with its options, does not support features: "
+    expected = (
+        f"s.yaml:{line}:13: events[0].category: backend '{backend}', with its options, does not support features: "
+    )
     assert checked.stderr == f"{expected}brakes: choose another backend, or remove the section\n"
     for winch, category in ((SERVO | BRAKE, 2), (TORQUE, 0)):  # no brake closes
         file.write_text(hoist(winch, {"category": category}, **changes).resolved_yaml())
