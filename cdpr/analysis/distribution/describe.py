@@ -11,6 +11,7 @@ from cdpr.analysis.distribution.survey import Survey, survey
 from cdpr.cables import bends, rubs
 from cdpr.cables.drum import INERTIA, RADIUS
 from cdpr.cables.transmission import EFFICIENCY, GEAR_RATIO, GROWTH, REEVING
+from cdpr.mechanics.exit_friction import FRICTIONLESS
 from cdpr.mechanics.kinematics import make_state
 from cdpr.mechanics.properties import check_lengths, conditioning, free_wrench_matrix, unresisted
 from cdpr.mechanics.reach import Reach, bounds_of, plain_columns
@@ -38,13 +39,6 @@ WINCH = {
     "efficiency": EFFICIENCY,
     "inertia_kg_m2": INERTIA,
 }
-
-
-# Quantities without the friction of pulleys, for output.
-FRICTIONLESS = (
-    "static tensions, stiffness, workspaces, sizing and equilibria are those without friction: the tensions at the "
-    "winches are those at the platform"
-)
 
 
 def describe_robot(robot: Robot) -> dict[str, Any]:

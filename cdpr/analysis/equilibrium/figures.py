@@ -9,6 +9,7 @@ import numpy as np
 
 from cdpr.analysis.equilibrium.compensation import Compensation
 from cdpr.mechanics.equilibrium import Equilibrium
+from cdpr.mechanics.exit_friction import friction_note
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 
@@ -50,6 +51,7 @@ def describe_equilibria(robot: Robot, source: str, found: Sequence[Equilibrium])
         "dof": list(robot.dof),
         "start": source,
         "equilibria": [describe_equilibrium(robot, one) for one in found],
+        "friction": friction_note(robot),
     }
 
 
@@ -76,6 +78,7 @@ def describe_compensation(robot: Robot, pose: Array, found: Compensation, held: 
             "converged": held.converged,
             "slack": [cable.name for cable, slack in zip(robot.cables, held.slack, strict=True) if slack],
         },
+        "friction": friction_note(robot),
     }
 
 

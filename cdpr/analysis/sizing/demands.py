@@ -75,7 +75,8 @@ def demands(duty: Duty) -> Demands:
             known["torque"] = _largest(drum_motion(duty.robot, length, still, still).per_turn * tension)
         else:
             tension = np.where(good[:, None], duty.tension, np.nan)
-            known |= _in_motion(duty.robot, tension, duty.length, duty.rate, duty.time, good)
+            winch = None if duty.winch_tension is None else np.where(good[:, None], duty.winch_tension, np.nan)
+            known |= _in_motion(duty.robot, tension, winch, duty.length, duty.rate, duty.time, good)
         known |= _at_the_shaft(duty.robot, known)
     return Demands(**{part.name: known.get(part.name, nothing) for part in fields(Demands)})
 
@@ -97,11 +98,18 @@ def _at_the_shaft(robot: Robot, known: Mapping[str, Array]) -> dict[str, Array]:
 
 
 def _in_motion(
-    robot: Robot, tension: Array, length: Array, rate: Array, time: Array, good: NDArray[np.bool_]
+    robot: Robot,
+    tension: Array,
+    winch_tension: Array | None,
+    length: Array,
+    rate: Array,
+    time: Array,
+    good: NDArray[np.bool_],
 ) -> dict[str, Array]:
     """Return the figures that require time.
 
-    Tensions (K, m) are NaN at ignored samples, for which `good` (K,) is False.
+    Tensions (K, m) are NaN at ignored samples, for which `good` (K,) is False. Those at the winches default to those at
+    the platform.
     """
     acceleration = np.gradient(rate, time, axis=0)
     speed, change = np.abs(rate[good]).max(axis=0), np.abs(acceleration[good]).max(axis=0)
@@ -109,7 +117,7 @@ def _in_motion(
     power[np.abs(power) <= ROUNDING * np.nanmax(np.abs(power))] = 0.0  # at rest
     driving, braking = np.maximum(power, 0.0), np.maximum(-power, 0.0)
     drums = drum_motion(robot, length, rate, acceleration)
-    torque = _torque(robot, tension, drums)
+    torque = _torque(robot, tension if winch_tension is None else winch_tension, drums)
     return {
         "tension_rms": _rms(tension, time),
         "speed": speed,

@@ -41,6 +41,7 @@ class Duty:
         time: (K,), s; None for unordered poses.
         rate: (K, m), m/s, rates of the lengths; None likewise.
         poses, wrenches: (K, 7) and (K, 6), platform poses and required wrenches.
+        winch_tension: (K, m), N, at the winches of a run with friction on pulleys; None if it is the tension.
     """
 
     name: str
@@ -52,6 +53,7 @@ class Duty:
     rate: Array | None
     poses: Array
     wrenches: Array
+    winch_tension: Array | None = None
 
     @classmethod
     def of_scenario(cls, scenario: Scenario, name: str) -> Duty:
@@ -84,7 +86,10 @@ class Duty:
         poses = np.concatenate([run.position, run.orientation], axis=1)
         good = np.asarray(run.solver_status == 0.0)
         tension = _without(run.cable_tension, run.time, run.header.broken)
-        return cls(name, robot, tension, run.length, good, run.time, run.rate, poses, run.wrench)
+        winch = None
+        if "winch_tension" in run.header.layout.fields:
+            winch = _without(run.winch_tension, run.time, run.header.broken)
+        return cls(name, robot, tension, run.length, good, run.time, run.rate, poses, run.wrench, winch)
 
 
 def over_workspace(robot: Robot, region: Region, required: Required, gravity: Array) -> Duty:

@@ -14,7 +14,8 @@ from cdpr.analysis.sizing.duty import Duty
 from cdpr.base.defaults import SAFETY
 from cdpr.base.errors import CdprError
 from cdpr.base.problems import shown
-from cdpr.cables import bends
+from cdpr.cables import bends, rubs
+from cdpr.mechanics.exit_friction import SIZED as FRICTION
 from cdpr.mechanics.reach import Reach, bounds_of, plain_columns
 from cdpr.mechanics.sag import SIZED
 from cdpr.model import Robot
@@ -35,6 +36,7 @@ class Sizing:
         worst: worst figures of all duties.
         source: (m,), name of the duty with the largest tension.
         sag: True if a cable sags.
+        friction: True if a pulley has friction.
     """
 
     robot: str
@@ -44,6 +46,7 @@ class Sizing:
     worst: Demands
     source: tuple[str, ...]
     sag: bool = False
+    friction: bool = False
 
     def to_dict(self) -> dict[str, Any]:
         """Return the sizing as plain data with units in the names; None for missing figures."""
@@ -65,7 +68,9 @@ class Sizing:
                 }
                 for name, found, samples, lost, exceeded in self.parts
             ],
-        } | ({"sag": SIZED} if self.sag else {})
+            **({"sag": SIZED} if self.sag else {}),
+            **({"friction": FRICTION} if self.friction else {}),
+        }
 
 
 NAMES = {
@@ -123,7 +128,8 @@ def sizing(duties: Sequence[Duty], safety: float = SAFETY) -> Sizing:
         for duty, figures in zip(duties, found, strict=True)
     )
     sag = any(bends(duty.robot) for duty in duties)
-    return Sizing(first.name, names, float(safety), parts, Demands(**worst), source, sag)
+    friction = any(rubs(duty.robot) for duty in duties)
+    return Sizing(first.name, names, float(safety), parts, Demands(**worst), source, sag, friction)
 
 
 def _exceeded(duty: Duty, found: Demands) -> tuple[str, ...]:

@@ -12,6 +12,7 @@ from cdpr.base.errors import CdprError
 from cdpr.cables import bends, chain_of
 from cdpr.mechanics.assumed_diameters import assumption, with_diameters
 from cdpr.mechanics.clearance import Clearance, clearance
+from cdpr.mechanics.exit_friction import friction_note
 from cdpr.mechanics.sag import CHORD
 from cdpr.mechanics.stiffness import SLACK, inertia, stiffness
 from cdpr.model import Robot
@@ -119,6 +120,8 @@ def limits(robot: Robot, question: Question, numbers: list[int], *, bodies: bool
 def notes(robot: Robot, question: Question, *, bodies: bool) -> list[str]:
     """Return remarks on an answer."""
     texts = [f"cables sag: {CHORD}"] if bends(robot) else []
+    if note := friction_note(robot):
+        texts.append(note)
     if not bodies and robot.m < robot.n:
         few = f"{robot.m} cable{'s' * (robot.m != 1)} for {robot.n} degrees of freedom"
         texts.append(f"{few}: the wrench matrix is rank-deficient at every pose")

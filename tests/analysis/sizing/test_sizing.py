@@ -265,3 +265,33 @@ def test_controllers_of_winches_have_other_tensions():
     cdpr.size("winch", overrides=SHORT, say=(said := []).append)
     assert not any(text.startswith("tensions") for text in said)
     assert "without a solver" not in cli("info", "winch").stdout
+
+
+def test_motors_of_a_run_pull_beyond_the_friction_of_pulleys():
+    """The command of a drum is its torque at rest, from the tension at the winch; figures of cables are unchanged."""
+    changes = {"robot.cable.exit.friction": 0.2, "robot.cable.model": "rigid", "simulation.duration": 0.5}
+    changes |= {"robot.winch": {"drum_radius": 0.05, "inertia": 0.02}}
+    run = cdpr.simulate("scenarios/cogiro_pulleys.yaml", overrides=changes)
+    duty = Duty.of_run(run, "run")
+    assert np.abs(run.winch_tension - run.cable_tension).max() > 10.0
+    found = demands(duty)
+    still = np.gradient(duty.rate, duty.time, axis=0)
+    drums = drum_motion(duty.robot, duty.length, duty.rate, still)
+    assert found.torque == pytest.approx(np.abs(_torque(duty.robot, run.winch_tension, drums)).max(axis=0))
+    assert found.tension == pytest.approx(run.cable_tension.max(axis=0))
+    figures = sizing([duty]).to_dict()
+    assert "motor torques of runs include it" in figures["friction"]
+    assert "friction" not in sizing([Duty.of_scenario(cdpr.load_scenario("scenarios/winch.yaml"), "one")]).to_dict()
+
+
+def test_commands_name_the_friction_that_they_omit(tmp_path):
+    rubbing = ["--set", "cable.exit.friction=0.2"]
+    robot = str(ROOT / "scenarios" / "robots" / "cogiro_pulleys.yaml")
+    shown = [
+        cli("equilibrium", robot, "--compensate", *rubbing),
+        cli("workspace", "static", robot, "--cells", "2", "--out", str(tmp_path / "w.npz"), *rubbing),
+        cli("size", "cogiro_pulleys", "--set", "robot.cable.exit.friction=0.2"),
+    ]
+    for each in shown:
+        assert "friction on pulleys: " in each.stdout, each.stdout + each.stderr
+    assert "friction" not in cli("equilibrium", robot, "--compensate").stdout

@@ -19,6 +19,8 @@ def lines(figures: dict[str, Any]) -> Iterator[str]:
         if len(found) > 1:
             yield f"{number}:"
         yield from _one(one)
+    if figures["friction"]:
+        yield from wrapped(figures["friction"], 2)
 
 
 def _one(one: dict[str, Any]) -> Iterator[str]:
@@ -80,3 +82,5 @@ def compensation_lines(figures: dict[str, Any]) -> Iterator[str]:
     slack = f", slack: {', '.join(held['slack'])}" if held["slack"] else ""
     rest = f"{1e3 * held['error_m']:.4g} mm away{slack}" if held["converged"] else "no equilibrium found"
     yield row("uncompensated", rest)
+    if figures["friction"]:
+        yield from wrapped(figures["friction"], 2)

@@ -61,4 +61,4 @@ def lines(figures: Mapping[str, Any]) -> list[str]:
         rows = cells(figures, columns)
         if len(rows[0]) > 1:
             text += [*table(rows, ruled=True), ""]
-    return text + duties(figures) + ([figures["sag"]] if "sag" in figures else [])
+    return text + duties(figures) + [figures[key] for key in ("sag", "friction") if key in figures]
