@@ -102,12 +102,13 @@ def test_drives_apply_commands_of_winches_without_power():
 def test_a_brake_of_any_strength_only_stops(backend):
     """It turns no drum back, in no stage of a step, so all strong brakes end in the same place."""
     ends = []
-    for torque in (1e2, 1e4, 1e8):
+    for torque in (1e5, 1e6, 1e8):
         brake = {"brake_torque": torque}
         run = cdpr.simulate(hoist(SERVO | brake, {"category": 0}, **{"simulation.backend": backend}))
-        assert (np.diff(run["unstretched_length"][:, 0]) >= -1e-12).all()  # it was paid out
+        after = run.time >= CUT
+        assert (np.diff(run["unstretched_length"][after, 0]) >= 0.0).all()  # it was paid out
         ends.append(run.position[-1, 2])
-    assert np.ptp(ends) < 2e-4
+    assert np.ptp(ends) < 1e-6
 
 
 def test_a_weak_brake_slides():
