@@ -9,9 +9,9 @@ The unstretched length of an ideal drive does not depend on the motion, and is n
 without an inertia. A servo without a lag adds (kv kp + ki) / r^2 to the stiffness and kv / r^2 to the damping of its
 unstretched length (`cdpr.cables.servo`; the slow part ki kp of the integral is neglected). A stepper with an inertia
 adds the slope of its torque, pi M_s / (2 a r^2), to the stiffness (`cdpr.cables.stepper`). A pulley with friction
-damps its drum, or the platform if the cable does not stretch, in proportion to the tension; that is estimated by the
-least squares that carry the weight, and at least the lower limit. Losses of a transmission count as at rest under the
-lower limit. Other own states of winches are not included: a motor with a lag is taken to hold its torque.
+damps its drum, or the platform if the cable does not stretch, in proportion to the tension. So do the losses of a
+transmission, as at rest. The tension is estimated by the least squares that carry the weight, and at least the lower
+limit. Other own states of winches are not included: a motor with a lag is taken to hold its torque.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from cdpr.cables import chain_of, rubs
 from cdpr.cables.chain import Chain, Winch
@@ -37,7 +38,7 @@ PRESCRIBED = (IDEAL_DRIVE, STEPPER)  # winches whose drums do not depend on the 
 
 # Motion without resistance has the eigenvalue 1 twice. Eigenvalues resolve it only to the root of their round-off.
 GROWTH = 1e-6
-GRAVITY = np.array([0.0, 0.0, -9.81])  # m/s^2, for the estimate of tensions
+GRAVITY = 0.0, 0.0, -9.81  # m/s^2
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,14 +127,22 @@ def _loops(chain: Chain, cable: Cable) -> tuple[float, float]:
     return gains["velocity_gain"] * position + gains["integral_gain"], gains["velocity_gain"]
 
 
-def oscillator(robot: Robot, state: Array) -> Oscillator:
-    """Linearise a robot on winches with `known_drums` about the pose of a state (13,) with all cables taut."""
+def oscillator(robot: Robot, state: Array, gravity: ArrayLike = GRAVITY) -> Oscillator:
+    """Linearise a robot on winches with `known_drums` about the pose of a state with all cables taut.
+
+    Args:
+        robot: the robot.
+        state: (13,), only its pose is used.
+        gravity: (3,) m/s^2, for the estimate of the tensions.
+    """
     rows, W, length = robot.rows, wrench_matrix(robot, state)[robot.rows], lengths(robot, state)
     still = np.concatenate([state[:7], np.zeros(6)])
     columns = [required_wrench(robot, still, STILL, e[:3], e[3:]) for e in np.eye(6)[rows]]
     mass = np.array(columns).T[rows]
     chains = [chain_of(robot, cable) for cable in robot.cables]
     per_turn = drum_motion(robot, length[None], np.zeros((1, robot.m)), np.zeros((1, robot.m))).per_turn[0]
+    weight = required_wrench(robot, still, np.asarray(gravity, float))[rows]
+    tension = np.maximum(np.linalg.lstsq(W, weight, rcond=None)[0], robot.tension_min)
     drums, losses, gains = np.zeros(robot.m), np.zeros(robot.m), np.zeros(robot.m)
     for i, (cable, chain) in enumerate(zip(robot.cables, chains, strict=True)):
         winch = cable.winch
@@ -148,9 +157,9 @@ def oscillator(robot: Robot, state: Array) -> Oscillator:
                 loss += winch.coulomb_friction / winch.coulomb_speed
             if EFFICIENCY in chain.winch.transmission and (efficiency := EFFICIENCY.of(cable)) < 1.0:
                 share = 2.0 * (1.0 - efficiency) / (1.0 + efficiency)
-                loss += share * radius * cable.tension_min / COULOMB_SPEED.of(cable)
+                loss += share * radius * tension[i] / COULOMB_SPEED.of(cable)
             losses[i], gains[i] = loss / radius**2, gain / radius**2
-    losses += _losses_on_exits(robot, state, still, W)
+    losses += _losses_on_exits(robot, state, tension)
     springs = np.array([chain.stretches for chain in chains])
     own = springs & [chain.winch not in PRESCRIBED for chain in chains]  # drums with their own coordinates
     carried, n, k = W[:, ~springs], len(W), int(own.sum())
@@ -165,8 +174,8 @@ def oscillator(robot: Robot, state: Array) -> Oscillator:
     return Oscillator(M, C + B * damping @ B.T, K + B * stiffness @ B.T)
 
 
-def _losses_on_exits(robot: Robot, state: Array, still: Array, W: Array) -> Array:
-    """Return the damping (m,) [N s/m] of the cables by friction on their exits, with W (n, m), about rest."""
+def _losses_on_exits(robot: Robot, state: Array, tension: Array) -> Array:
+    """Return the damping (m,) [N s/m] of the cables by friction on their exits, under tensions (m,) [N], at rest."""
     if not rubs(robot):
         return np.zeros(robot.m)
     tips = state[:3] + robot.anchors[:, 3:] @ rotations.matrix(state[3:7]).T
@@ -174,8 +183,6 @@ def _losses_on_exits(robot: Robot, state: Array, still: Array, W: Array) -> Arra
         cable.exit.damping(cable.frame.tolist(), tip.tolist()) if cable.exit else 0.0
         for cable, tip in zip(robot.cables, tips, strict=True)
     ]
-    weight = required_wrench(robot, still, GRAVITY)[robot.rows]
-    tension = np.maximum(np.linalg.lstsq(W, weight, rcond=None)[0], robot.tension_min)
     return np.asarray(np.array(slopes) * tension)
 
 

@@ -303,7 +303,7 @@ def check_cables(scenario: Scenario, backend: Registered) -> None:
         )
     if not known_drums(robot):
         return
-    about = oscillator(robot, scenario.initial.state())
+    about = oscillator(robot, scenario.initial.state(), scenario.gravity)
     scheme = about.runge_kutta if declared.get("scheme") == "rk4" else about.semi_implicit
     if not stable(scheme(step)):
         raise CdprError(
