@@ -43,7 +43,10 @@ GRAVITY = 0.0, 0.0, -9.81  # m/s^2
 
 @dataclass(frozen=True, eq=False)
 class Oscillator:
-    """Linear oscillator M z'' + C z' + K z = 0 with matrices (k, k)."""
+    """Linear oscillator M z'' + C z' + K z = 0 with matrices (k, k).
+
+    Numbers out of the range of floating-point numbers yield NaN or infinity, without warnings; `stable` rejects them.
+    """
 
     M: Array
     C: Array
@@ -52,25 +55,36 @@ class Oscillator:
     @property
     def fastest(self) -> float:
         """Largest natural frequency without damping [rad/s]."""
-        return float(np.sqrt(np.abs(np.linalg.eigvals(np.linalg.solve(self.M, self.K))).max()))
+        return float(np.sqrt(_radius(self._slopes()[:, : len(self.M)])))
 
+    @np.errstate(all="ignore")
+    def _slopes(self) -> Array:
+        """Return the matrix (k, 2 k) of -z'' on (z, z')."""
+        try:
+            return np.asarray(np.linalg.solve(self.M, np.hstack([self.K, self.C])))
+        except np.linalg.LinAlgError:  # singular
+            return np.full((len(self.M), 2 * len(self.M)), np.inf)
+
+    @np.errstate(all="ignore")
     def semi_implicit(self, h: float) -> Array:
         """Return the matrix (2 k, 2 k) on (z, z') of one step of the semi-implicit Euler scheme."""
         one, zero = np.eye(len(self.M)), np.zeros_like(self.M)
-        pull = np.linalg.solve(self.M, np.hstack([self.K, self.C]))
+        pull = self._slopes()
         rates = np.hstack([zero, one]) - h * pull
         return np.vstack([np.hstack([one, zero]) + h * rates, rates])
 
+    @np.errstate(all="ignore")
     def runge_kutta(self, h: float) -> Array:
         """Return the matrix (2 k, 2 k) on (z, z') of one step of the classical Runge-Kutta scheme."""
         one, zero = np.eye(len(self.M)), np.zeros_like(self.M)
-        A = h * np.vstack([np.hstack([zero, one]), -np.linalg.solve(self.M, np.hstack([self.K, self.C]))])
+        A = h * np.vstack([np.hstack([zero, one]), -self._slopes()])
         step = term = np.eye(len(A))
         for power in range(1, 5):
             term = term @ A / power
             step = step + term
         return step
 
+    @np.errstate(all="ignore")
     def gauss_seidel(self, h: float, n: int, semi_implicit: bool) -> Array:
         """Return the matrix (2 k, 2 k) on (z, z') of one step of the platform, then of the winches.
 
@@ -80,7 +94,7 @@ class Oscillator:
         """
         k = len(self.M)
         x, v, s = slice(0, n), slice(k, k + n), [*range(n, k), *range(k + n, 2 * k)]
-        pull = -np.linalg.solve(self.M, np.hstack([self.K, self.C]))  # z'' of (z, z')
+        pull = -self._slopes()  # z'' of (z, z')
         platform = np.eye(2 * k)
         platform[v] += h * pull[:n]
         platform[x, v] += h * np.eye(n)
@@ -127,6 +141,7 @@ def _loops(chain: Chain, cable: Cable) -> tuple[float, float]:
     return gains["velocity_gain"] * position + gains["integral_gain"], gains["velocity_gain"]
 
 
+@np.errstate(all="ignore")
 def oscillator(robot: Robot, state: Array, gravity: ArrayLike = GRAVITY) -> Oscillator:
     """Linearise a robot on winches with `known_drums` about the pose of a state with all cables taut.
 
@@ -201,8 +216,13 @@ def shortest_lag(robot: Robot) -> float:
 
 
 def stable(step: Array) -> bool:
-    """Return True if repeated steps (k, k) do not grow."""
-    return bool(np.abs(np.linalg.eigvals(step)).max() <= 1.0 + GROWTH)
+    """Return True if repeated steps (k, k) do not grow; False for steps that are not finite."""
+    return _radius(step) <= 1.0 + GROWTH
+
+
+def _radius(matrix: Array) -> float:
+    """Return the spectral radius of a matrix (k, k); infinite if its numbers are not finite."""
+    return float(np.abs(np.linalg.eigvals(matrix)).max()) if np.isfinite(matrix).all() else np.inf
 
 
 def longest(scheme: Callable[[float], Array], too_long: float) -> float:
