@@ -265,3 +265,10 @@ def test_controllers_of_winches_have_other_tensions():
     cdpr.size("winch", overrides=SHORT, say=(said := []).append)
     assert not any(text.startswith("tensions") for text in said)
     assert "without a solver" not in cli("info", "winch").stdout
+
+
+def test_an_empty_drum_is_an_error():
+    growth = {"robot.winch.drum_growth": 0.005}
+    empty = r"winch\.yaml: cable 'cable_1': its drum is empty at a length of 5\.76 m, .* winch\.drum_growth"
+    with pytest.raises(CdprError, match=empty):
+        cdpr.size([ROOT / "scenarios" / "winch.yaml"], overrides=growth)
