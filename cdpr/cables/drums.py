@@ -93,15 +93,31 @@ def unwound_lengths(robot: Robot, angles: ArrayLike) -> Array:
 
 def emptied(robot: Robot, lengths: Array) -> str:
     """Return a message on the first drum that is nearly empty with unwound lengths (m,) [m]; "" if none is."""
-    still = np.zeros((1, robot.m))
-    per_turn = drum_motion(robot, lengths[None], still, still).per_turn[0]
-    for cable, length, each in zip(robot.cables, lengths.tolist(), per_turn.tolist(), strict=True):
-        if GROWTH.of(cable, 0.0) > 0.0 and not each * REEVING.of(cable) > EMPTY * RADIUS.of(cable):
-            return (
-                f"cable '{cable.name}': its drum is empty at a length of {length:.4g} m, as its radius shrinks with "
-                f"{GROWTH.name}: expected a larger {RADIUS.name} at the home pose, or less growth"
-            )
-    return ""
+    found = first_emptied(robot, lengths[None])
+    return "" if found is None else found[2]
+
+
+def first_emptied(robot: Robot, lengths: Array) -> tuple[int, int, str] | None:
+    """Return the first sample at which a drum is nearly empty, with the index of its cable and a message.
+
+    Args:
+        robot: the robot.
+        lengths: (K, m) m, unwound lengths.
+    """
+    growth = np.array([GROWTH.of(cable, 0.0) for cable in robot.cables])
+    if not (growth > 0.0).any():
+        return None
+    still = np.zeros(lengths.shape)
+    least = [EMPTY * RADIUS.of(cable, math.nan) / REEVING.of(cable) for cable in robot.cables]
+    empty = (growth > 0.0) & ~(drum_motion(robot, lengths, still, still).per_turn > least)
+    if not empty.any():
+        return None
+    k, i = np.argwhere(empty)[0].tolist()
+    text = (
+        f"cable '{robot.cables[i].name}': its drum is empty at a length of {lengths[k, i]:.4g} m, as its radius "
+        f"shrinks with {GROWTH.name}: expected a larger {RADIUS.name} at the home pose, or less growth"
+    )
+    return k, i, text
 
 
 def drum_table(robot: Robot) -> Array:

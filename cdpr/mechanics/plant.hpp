@@ -80,9 +80,9 @@ template <class T> struct Plant {
 
     // Return the motion of winch i under a tension of its cable, N. `present` (ChainRow::NUMBERS) is work space.
     CDPR_INLINE WinchMotion<T> motion(int64_t i, T pull, T* present) const {
-        const T length = unwound_or_length(i), turning = winch_speed(i);
+        const T along = unwound_or_length(i), turning = winch_speed(i);
         const ChainRow<T> row = chain(i);
-        return {row.winch(length, present), own(i), command[i], row.load(pull, turning), length, turning};
+        return {row.winch(along, present), own(i), command[i], row.load(pull, turning), along, turning};
     }
 
     // Return whether the motor of winch i has no power; its brake then holds the drum.

@@ -9,9 +9,9 @@ The unstretched length of an ideal drive does not depend on the motion, and is n
 without an inertia. A servo without a lag adds (kv kp + ki) / r^2 to the stiffness and kv / r^2 to the damping of its
 unstretched length (`cdpr.cables.servo`; the slow part ki kp of the integral is neglected). A stepper with an inertia
 adds the slope of its torque, pi M_s / (2 a r^2), to the stiffness (`cdpr.cables.stepper`). A pulley with friction
-damps its drum, or the platform if the cable does not stretch, in proportion to the tension; that is estimated by the
-least squares that carry the weight, and at least the lower limit. Losses of a transmission count as at rest under the
-lower limit. Other own states of winches are not included: a motor with a lag is taken to hold its torque.
+damps its drum, or the platform if the cable does not stretch, in proportion to the tension. So do the losses of a
+transmission, as at rest. The tension is estimated by the least squares that carry the weight, and at least the lower
+limit. Other own states of winches are not included: a motor with a lag is taken to hold its torque.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from cdpr.cables import chain_of, rubs
 from cdpr.cables.chain import Chain, Winch
@@ -37,12 +38,15 @@ PRESCRIBED = (IDEAL_DRIVE, STEPPER)  # winches whose drums do not depend on the 
 
 # Motion without resistance has the eigenvalue 1 twice. Eigenvalues resolve it only to the root of their round-off.
 GROWTH = 1e-6
-GRAVITY = np.array([0.0, 0.0, -9.81])  # m/s^2, for the estimate of tensions
+GRAVITY = 0.0, 0.0, -9.81  # m/s^2
 
 
 @dataclass(frozen=True, eq=False)
 class Oscillator:
-    """Linear oscillator M z'' + C z' + K z = 0 with matrices (k, k)."""
+    """Linear oscillator M z'' + C z' + K z = 0 with matrices (k, k).
+
+    Numbers out of the range of floating-point numbers yield NaN or infinity, without warnings; `stable` rejects them.
+    """
 
     M: Array
     C: Array
@@ -51,25 +55,36 @@ class Oscillator:
     @property
     def fastest(self) -> float:
         """Largest natural frequency without damping [rad/s]."""
-        return float(np.sqrt(np.abs(np.linalg.eigvals(np.linalg.solve(self.M, self.K))).max()))
+        return float(np.sqrt(_radius(self._slopes()[:, : len(self.M)])))
 
+    @np.errstate(all="ignore")
+    def _slopes(self) -> Array:
+        """Return the matrix (k, 2 k) of -z'' on (z, z')."""
+        try:
+            return np.asarray(np.linalg.solve(self.M, np.hstack([self.K, self.C])))
+        except np.linalg.LinAlgError:  # singular
+            return np.full((len(self.M), 2 * len(self.M)), np.inf)
+
+    @np.errstate(all="ignore")
     def semi_implicit(self, h: float) -> Array:
         """Return the matrix (2 k, 2 k) on (z, z') of one step of the semi-implicit Euler scheme."""
         one, zero = np.eye(len(self.M)), np.zeros_like(self.M)
-        pull = np.linalg.solve(self.M, np.hstack([self.K, self.C]))
+        pull = self._slopes()
         rates = np.hstack([zero, one]) - h * pull
         return np.vstack([np.hstack([one, zero]) + h * rates, rates])
 
+    @np.errstate(all="ignore")
     def runge_kutta(self, h: float) -> Array:
         """Return the matrix (2 k, 2 k) on (z, z') of one step of the classical Runge-Kutta scheme."""
         one, zero = np.eye(len(self.M)), np.zeros_like(self.M)
-        A = h * np.vstack([np.hstack([zero, one]), -np.linalg.solve(self.M, np.hstack([self.K, self.C]))])
+        A = h * np.vstack([np.hstack([zero, one]), -self._slopes()])
         step = term = np.eye(len(A))
         for power in range(1, 5):
             term = term @ A / power
             step = step + term
         return step
 
+    @np.errstate(all="ignore")
     def gauss_seidel(self, h: float, n: int, semi_implicit: bool) -> Array:
         """Return the matrix (2 k, 2 k) on (z, z') of one step of the platform, then of the winches.
 
@@ -79,7 +94,7 @@ class Oscillator:
         """
         k = len(self.M)
         x, v, s = slice(0, n), slice(k, k + n), [*range(n, k), *range(k + n, 2 * k)]
-        pull = -np.linalg.solve(self.M, np.hstack([self.K, self.C]))  # z'' of (z, z')
+        pull = -self._slopes()  # z'' of (z, z')
         platform = np.eye(2 * k)
         platform[v] += h * pull[:n]
         platform[x, v] += h * np.eye(n)
@@ -126,14 +141,23 @@ def _loops(chain: Chain, cable: Cable) -> tuple[float, float]:
     return gains["velocity_gain"] * position + gains["integral_gain"], gains["velocity_gain"]
 
 
-def oscillator(robot: Robot, state: Array) -> Oscillator:
-    """Linearise a robot on winches with `known_drums` about the pose of a state (13,) with all cables taut."""
+@np.errstate(all="ignore")
+def oscillator(robot: Robot, state: Array, gravity: ArrayLike = GRAVITY) -> Oscillator:
+    """Linearise a robot on winches with `known_drums` about the pose of a state with all cables taut.
+
+    Args:
+        robot: the robot.
+        state: (13,), only its pose is used.
+        gravity: (3,) m/s^2, for the estimate of the tensions.
+    """
     rows, W, length = robot.rows, wrench_matrix(robot, state)[robot.rows], lengths(robot, state)
     still = np.concatenate([state[:7], np.zeros(6)])
     columns = [required_wrench(robot, still, STILL, e[:3], e[3:]) for e in np.eye(6)[rows]]
     mass = np.array(columns).T[rows]
     chains = [chain_of(robot, cable) for cable in robot.cables]
     per_turn = drum_motion(robot, length[None], np.zeros((1, robot.m)), np.zeros((1, robot.m))).per_turn[0]
+    weight = required_wrench(robot, still, np.asarray(gravity, float))[rows]
+    tension = np.maximum(np.linalg.lstsq(W, weight, rcond=None)[0], robot.tension_min)
     drums, losses, gains = np.zeros(robot.m), np.zeros(robot.m), np.zeros(robot.m)
     for i, (cable, chain) in enumerate(zip(robot.cables, chains, strict=True)):
         winch = cable.winch
@@ -148,9 +172,9 @@ def oscillator(robot: Robot, state: Array) -> Oscillator:
                 loss += winch.coulomb_friction / winch.coulomb_speed
             if EFFICIENCY in chain.winch.transmission and (efficiency := EFFICIENCY.of(cable)) < 1.0:
                 share = 2.0 * (1.0 - efficiency) / (1.0 + efficiency)
-                loss += share * radius * cable.tension_min / COULOMB_SPEED.of(cable)
+                loss += share * radius * tension[i] / COULOMB_SPEED.of(cable)
             losses[i], gains[i] = loss / radius**2, gain / radius**2
-    losses += _losses_on_exits(robot, state, still, W)
+    losses += _losses_on_exits(robot, state, tension)
     springs = np.array([chain.stretches for chain in chains])
     own = springs & [chain.winch not in PRESCRIBED for chain in chains]  # drums with their own coordinates
     carried, n, k = W[:, ~springs], len(W), int(own.sum())
@@ -165,8 +189,8 @@ def oscillator(robot: Robot, state: Array) -> Oscillator:
     return Oscillator(M, C + B * damping @ B.T, K + B * stiffness @ B.T)
 
 
-def _losses_on_exits(robot: Robot, state: Array, still: Array, W: Array) -> Array:
-    """Return the damping (m,) [N s/m] of the cables by friction on their exits, with W (n, m), about rest."""
+def _losses_on_exits(robot: Robot, state: Array, tension: Array) -> Array:
+    """Return the damping (m,) [N s/m] of the cables by friction on their exits, under tensions (m,) [N], at rest."""
     if not rubs(robot):
         return np.zeros(robot.m)
     tips = state[:3] + robot.anchors[:, 3:] @ rotations.matrix(state[3:7]).T
@@ -174,8 +198,6 @@ def _losses_on_exits(robot: Robot, state: Array, still: Array, W: Array) -> Arra
         cable.exit.damping(cable.frame.tolist(), tip.tolist()) if cable.exit else 0.0
         for cable, tip in zip(robot.cables, tips, strict=True)
     ]
-    weight = required_wrench(robot, still, GRAVITY)[robot.rows]
-    tension = np.maximum(np.linalg.lstsq(W, weight, rcond=None)[0], robot.tension_min)
     return np.asarray(np.array(slopes) * tension)
 
 
@@ -194,8 +216,13 @@ def shortest_lag(robot: Robot) -> float:
 
 
 def stable(step: Array) -> bool:
-    """Return True if repeated steps (k, k) do not grow."""
-    return bool(np.abs(np.linalg.eigvals(step)).max() <= 1.0 + GROWTH)
+    """Return True if repeated steps (k, k) do not grow; False for steps that are not finite."""
+    return _radius(step) <= 1.0 + GROWTH
+
+
+def _radius(matrix: Array) -> float:
+    """Return the spectral radius of a matrix (k, k); infinite if its numbers are not finite."""
+    return float(np.abs(np.linalg.eigvals(matrix)).max()) if np.isfinite(matrix).all() else np.inf
 
 
 def longest(scheme: Callable[[float], Array], too_long: float) -> float:

@@ -213,7 +213,7 @@ def _stability(scenario: Scenario, entry: Registered) -> dict[str, Any]:
     robot, step = scenario.robot, scenario.simulation.physics_step
     if not _complete(robot):
         return {"stability": "not known: give the robot cable.axial_stiffness and winch, or compare with half the step"}
-    about = oscillator(with_model(robot, ACTUATED), scenario.initial.state())
+    about = oscillator(with_model(robot, ACTUATED), scenario.initial.state(), scenario.gravity)
     declared = entry.properties(scenario.backend_options(entry.info.name))  # type: ignore[arg-type]
     semi_implicit = declared.get("scheme") != "rk4"
 

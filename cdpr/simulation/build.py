@@ -17,10 +17,12 @@ import numpy as np
 from cdpr.base.columns import Column
 from cdpr.base.errors import CdprError, PluginError
 from cdpr.base.problems import Path, dotted, short_repr
-from cdpr.cables import COMMANDED, commands_of, rubs, with_model
+from cdpr.cables import COMMANDED, chain_of, commands_of, rubs, with_model
+from cdpr.cables.drums import emptied
 from cdpr.fmu.read.options import FmuFile
 from cdpr.link.options import PeerOptions
 from cdpr.mechanics.anchors import Anchors
+from cdpr.mechanics.kinematics import lengths
 from cdpr.model import Robot
 from cdpr.plugins import Backend, Controller, Environment, TensionSolver
 from cdpr.plugins.controller import OUTPUTS, Output, stage_of_output
@@ -157,6 +159,7 @@ class _Checks:
         columns = self._try((), lambda: columns_of(scenario))
         if columns is not None:
             self._try((), lambda: works_of(scenario))
+        self._try(("robot", "winch"), lambda: check_drums(scenario))
         self._try(("simulation", "physics_step"), lambda: check_cables(scenario, chosen["backend"]))
         self.faults += [Fault(path, error) for path, error in out_of_range(scenario, chosen["backend"])]
         more = () if columns is None else loop_parts(scenario)
@@ -301,17 +304,41 @@ def check_cables(scenario: Scenario, backend: Registered) -> None:
             f"simulation.physics_step {step:g} s is too long for a winch with the torque_lag {lag:g} s: expected at "
             "most twice the lag; set torque_lag: 0, or a shorter step"
         )
-    if not known_drums(robot):
+    if not known_drums(robot) or _empty_drum(scenario):
         return
-    about = oscillator(robot, scenario.initial.state())
+    about = oscillator(robot, scenario.initial.state(), scenario.gravity)
     scheme = about.runge_kutta if declared.get("scheme") == "rk4" else about.semi_implicit
     if not stable(scheme(step)):
+        limit = longest(scheme, step)
+        if not limit:
+            raise CdprError(
+                f"no simulation.physics_step above 1e-9 s is stable for these cables and winches, on backend "
+                f"'{backend.info.name}': expected larger values of inertia, drum_radius and coulomb_speed of the "
+                "winches and friction_speed of the pulleys, or lower stiffness, damping, friction and gains"
+            )
         raise CdprError(
             f"simulation.physics_step {step:g} s is too long for these cables and winches, and backend "
             f"'{backend.info.name}' would diverge: at the initial pose they swing with up to {about.fastest:.4g} rad/s "
             f"(step * omega = {step * about.fastest:.3g}), and damping, friction and gains require short steps, too; "
-            f"it is stable up to {longest(scheme, step):g} s"
+            f"it is stable up to {limit:g} s"
         )
+
+
+def check_drums(scenario: Scenario) -> None:
+    """Reject an initial pose at which a drum is empty.
+
+    Raises:
+        CdprError: if a drum is empty.
+    """
+    if text := _empty_drum(scenario):
+        raise CdprError(text)
+
+
+def _empty_drum(scenario: Scenario) -> str:
+    robot = scenario.robot
+    if scenario.actuators is not None or not any(chain_of(robot, cable).winch.states for cable in robot.cables):
+        return ""  # no drum acts on a cable
+    return emptied(robot, lengths(robot, scenario.initial.state()))
 
 
 def _model_key(i: int) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +16,8 @@ from cdpr.cables import MODELS
 from cdpr.cables.chain import Chain, Number, Winch
 from cdpr.mechanics import stability
 from cdpr.plugins.registry import registry
-from cdpr.simulation.build import check_cables
+from cdpr.simulation.build import check_cables, faults
+from cdpr.simulation.loop_problems import loop_problems
 
 WINCH = ROOT / "scenarios" / "winch.yaml"
 LONG = {"simulation.physics_step": 0.5, "simulation.control_step": 0.5, "robot.cable.model": "elastic"}
@@ -130,3 +132,50 @@ def test_lags_shorter_than_half_a_step_are_rejected():
     with pytest.raises(CdprError, match=r"too long for a winch with the torque_lag 0\.0002 s: expected at most twice"):
         cdpr.simulate(on_servos(**winch))
     assert cdpr.simulate(on_servos(**winch | {"torque_lag": 1e-3})).status == "finished"
+
+
+def test_losses_are_estimated_with_the_tensions_that_carry_the_weight():
+    """Also without a lower limit: with 1 ms the torque of the losses alternates between its two signs."""
+    lossy = {
+        "robot.winch.coulomb_friction": 0.0,
+        "robot.winch.efficiency": 0.5,
+        "robot.tension": {"min": 0, "max": 1e4},
+    }
+    with pytest.raises(CdprError, match=r"simulation\.physics_step 0\.001 s is too long for these cables and winches"):
+        check_cables(cdpr.load_scenario(WINCH, overrides=lossy), registry().get("backend", "reference"))
+    weightless = cdpr.load_scenario(WINCH, overrides=lossy | {"world.gravity": [0.0, 0.0, 0.0]})
+    check_cables(weightless, registry().get("backend", "reference"))
+
+
+PULLEYS = ROOT / "scenarios" / "cogiro_pulleys.yaml"
+NEVER = r"no simulation\.physics_step above 1e-9 s is stable for these cables and winches"
+
+
+@pytest.mark.parametrize(
+    ("file", "changes"),
+    [
+        (WINCH, {"robot.winch.inertia": 1e-300}),
+        (WINCH, {"robot.winch.inertia": 5e-324}),
+        (WINCH, {"robot.winch.coulomb_speed": 1e-300}),
+        (WINCH, {"robot.winch.drum_radius": 1e-300}),
+        (PULLEYS, {"robot.cable.exit.friction": 0.1, "robot.cable.exit.friction_speed": 1e-300}),
+    ],
+    ids=["inertia", "no inertia", "coulomb_speed", "drum_radius", "friction_speed"],
+)
+@pytest.mark.filterwarnings("error")
+def test_numbers_out_of_range_are_one_error(file, changes):
+    found = list(faults(cdpr.load_scenario(file, overrides=changes)))
+    assert [fault.path for fault in found] == [("simulation", "physics_step")]
+    assert re.match(NEVER, str(found[0].error))
+
+
+@pytest.mark.filterwarnings("error")
+def test_an_empty_drum_is_named():
+    scenario = cdpr.load_scenario(WINCH, overrides={"robot.winch.drum_growth": 0.005})
+    text = r"cable 'cable_1': its drum is empty at a length of 5\.76 m"
+    assert not list(faults(scenario))  # the drum is empty at the end of the motion
+    assert re.match(f"not computed: {text}", loop_problems(scenario)[0])
+    end = scenario.desired.sample(2.0)[:3]
+    found = list(faults(scenario.with_changes({"initial.position": end.tolist(), "trajectory": {"type": "hold"}})))
+    assert [fault.path for fault in found] == [("robot", "winch")]
+    assert re.match(r"cable 'cable_1': its drum is empty at a length of", str(found[0].error))

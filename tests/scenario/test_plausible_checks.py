@@ -177,6 +177,18 @@ def test_suspicious_values_are_reported_and_similar_ones_are_not(seldom, what, n
     assert [text for text in told(warned(nearly)) if not any(each in text for each in others)] == []
 
 
+def test_drums_that_become_empty_along_the_motion():
+    def found(growth, **more):
+        changes = {"robot.winch.drum_growth": growth, **more}
+        return [text for text in told(warned(changes, SCENARIOS / "winch.yaml")) if "drum" in text]
+
+    (text,) = found(0.005)
+    empty = r"at 1\.\d+ s of the motion, cable 'cable_1': its drum is empty at a length of 5\.\d+ m"
+    assert re.match(rf"(--set.*: )?robot\.winch\.drum_growth: {empty}", text)
+    assert not found(0.001)
+    assert not found(0.005, **{"simulation.duration": 1.0})  # not reached
+
+
 def test_every_check_has_a_case():
     """A check without a warning in any of these cases is dead or not tested; angles are in test_cli_words."""
     subjects = [subject(load_scenario(CAROCA, overrides=seldom)) for seldom, _, _ in CASES]
@@ -196,6 +208,7 @@ def test_every_check_has_a_case():
         "trajectory.to": {"position": [anchor[0], anchor[1], anchor[2] + 0.5], "orientation": {"rpy": [0, 0, 0]}},
     }
     subjects.append(subject(load_scenario(CAROCA, overrides=passing)))
+    subjects.append(subject(load_scenario(SCENARIOS / "winch.yaml", overrides={"robot.winch.drum_growth": 0.005})))
     assert [check.__name__ for check in CHECKS if not any(list(check(one)) for one in subjects)] == []
 
 

@@ -10,7 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr.analysis.sizing.duty import Duty
-from cdpr.cables.drums import DrumMotion, drum_motion
+from cdpr.base.errors import CdprError
+from cdpr.cables.drums import DrumMotion, drum_motion, emptied
 from cdpr.cables.transmission import GEAR_RATIO
 from cdpr.model.robot import Array, Robot
 
@@ -62,13 +63,19 @@ LEAST = {"tension_least", "shortest"}  # the worst of several duties is the smal
 
 
 def demands(duty: Duty) -> Demands:
-    """Return the figures of a duty; infeasible samples are ignored."""
+    """Return the figures of a duty; infeasible samples are ignored.
+
+    Raises:
+        CdprError: if a drum is empty at one of the lengths.
+    """
     nothing, good = np.full(duty.robot.m, np.nan), duty.feasible
     known: dict[str, Array] = {}
     if good.any():
         length, tension = duty.length[good], duty.tension[good]
         known |= {"tension": _largest(tension), "tension_least": -_largest(-tension)}
         known |= {"shortest": length.min(axis=0), "longest": length.max(axis=0)}
+        if text := emptied(duty.robot, known["longest"]):
+            raise CdprError(f"{duty.name}: {text}")
         known["turns"] = drum_turns(duty.robot, known["shortest"], known["longest"])
         if duty.time is None or duty.rate is None:
             still = np.zeros(length.shape)

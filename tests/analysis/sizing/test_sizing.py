@@ -205,7 +205,7 @@ def test_a_safety_that_makes_no_sense(foreseen, safety):
 def test_the_command(tmp_path):
     page = tmp_path / "sub" / "size.html"
     told = cli("size", "scenarios/winch.yaml", "--safety", "6", "--out", str(page))
-    assert "torque" in told.stdout
+    assert "drum (N m)" in told.stdout
     assert str(page) in told.stdout
     text = page.read_text()
     assert "Breaking load 6 times" in text
@@ -295,3 +295,10 @@ def test_commands_name_the_friction_that_they_omit(tmp_path):
     for each in shown:
         assert "friction on pulleys: " in each.stdout, each.stdout + each.stderr
     assert "friction" not in cli("equilibrium", robot, "--compensate").stdout
+
+
+def test_an_empty_drum_is_an_error():
+    growth = {"robot.winch.drum_growth": 0.005}
+    empty = r"winch\.yaml: cable 'cable_1': its drum is empty at a length of 5\.76 m, .* winch\.drum_growth"
+    with pytest.raises(CdprError, match=empty):
+        cdpr.size([ROOT / "scenarios" / "winch.yaml"], overrides=growth)
