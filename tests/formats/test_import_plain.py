@@ -176,11 +176,40 @@ def test_a_table_of_anchors_alone_is_a_point(tmp_path):
     assert [cable.name for cable in robot.cables] == ["cable_1", "cable_2", "cable_3"]
 
 
+@pytest.mark.parametrize("headings", ["name,bx,by,bz,ax,ay,az", "ax,az,ay,cable,b_z,b_x,b_y", "BX,Z,X,Y,BZ,BY"])
+def test_headings_set_the_order_of_columns(tmp_path, headings):
+    keys = [heading.lower().replace("_", "") for heading in headings.split(",")]
+    keys = ["name" if key == "cable" else f"a{key}" if len(key) == 1 else key for key in keys]
+    lines = TABLE.splitlines()[2:]
+    cells = [dict(zip(("name", "ax", "ay", "az", "bx", "by", "bz"), line.split(","), strict=True)) for line in lines]
+    text = "\n".join([headings, *(",".join(row[key] for key in keys) for row in cells)])
+    robot, _ = imported(tmp_path, text, "robot.csv", tension=(1, 100))
+    names = ["left", "right", "back"] if "name" in keys else ["cable_1", "cable_2", "cable_3"]
+    assert [cable.name for cable in robot.cables] == names
+    np.testing.assert_array_equal([cable.frame for cable in robot.cables], [[-1, 0, 2], [1, 0, 2], [0, 1, 2]])
+    np.testing.assert_array_equal([cable.platform for cable in robot.cables], [[-0.1, 0, 0], [0.1, 0, 0], [0, 0.1, 0]])
+
+
+@pytest.mark.parametrize(
+    ("headings", "row"),
+    [
+        ("name,ax,ay,az,bx,by,width", "left,1,2,3,4,5,6"),
+        ("name,ax,ay,az,bx,by", "left,1,2,3,4,5"),
+        ("ax,ay,az,ax,by,bz", "1,2,3,4,5,6"),
+        ("bx,by,bz", "1,2,3"),
+    ],
+)
+def test_unknown_and_incomplete_headings_are_an_error(tmp_path, headings, row):
+    said = rf"robot\.csv:1: expected the headings ax, ay, az, bx, by, bz \(or only ax, ay, az\).*, got '{headings}'"
+    with pytest.raises(FormatError, match=said):
+        imported(tmp_path, f"{headings}\n{row}\n", "robot.csv", tension=(1, 100))
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
         (TABLE, r"robot\.csv: a list of anchors has no limits of tensions: give them \(--tension MIN,MAX\)"),
-        (TABLE + "more,1,2\n", r"robot\.csv:6: expected 6 numbers, m, maybe after a name, got 'more,1,2'"),
+        (TABLE + "more,1,2\n", r"robot\.csv:6: expected 6 numbers, m, one cell per heading, got 'more,1,2'"),
         (TABLE + "more,1,2,3,4,5,x\n", r"robot\.csv:6: expected 6 numbers"),
         (TABLE + "more,1,2,3,4,5,1e99\n", r"the robot is invalid"),
         ("1,2,3\n" * 300, r"robot\.csv:257: expected at most 256 cables"),
