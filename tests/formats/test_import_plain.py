@@ -114,6 +114,46 @@ def test_directions_of_cdpyr(tmp_path, pattern, dof):
     assert robot.dof == tuple(dof)
 
 
+@pytest.mark.parametrize(
+    ("keys", "value", "said"),
+    [
+        (("inertia", "linear"), [[3, 0, 0], [0, 5, 0], [0, 0, 3]], r"inertia\.linear: expected a diagonal matrix with"),
+        (("inertia", "linear"), [[3, 9, 0], [0, 3, 0], [0, 0, 3]], r"inertia\.linear: expected a diagonal matrix with"),
+        (("inertia", "linear"), [[3, 0, 0], [0, 3, 0], [0, 0]], r"inertia\.linear: expected a diagonal matrix with"),
+        (("inertia", "linear"), [3, 4, 5], r"json:\d+: platforms\[0\]\.inertia\.linear: .* equal masses, kg"),
+        (
+            ("motion_pattern",),
+            {"translation": 3.7, "rotation": 3},
+            r"motion_pattern: expected whole numbers .* 3\.7 and 3",
+        ),
+        (("frame",), {}, r"frame\.anchors\[0\]\.position: expected 3 numbers, got"),
+        (("frame",), {"position": None}, r"frame\.anchors\[0\]\.position: expected 3 numbers, got"),
+        (("radius",), -0.1, r"anchors\[1\]\.pulley\.radius: expected at least 0, got -0\.1"),
+        (("elasticity",), -2e9, r"cables\[0\]\.modulus\.elasticities\[0\]: expected at least 0, got -2e\+09"),
+    ],
+)
+def test_wrong_values_of_platform_and_cables_are_an_error(tmp_path, keys, value, said):
+    where = {
+        "frame": ("frame", "anchors", 0),
+        "radius": ("frame", "anchors", 1, "pulley", "radius"),
+        "elasticity": ("cables", 0, "modulus", "elasticities", 0),
+    }
+    with pytest.raises(FormatError, match=said):
+        imported(tmp_path, changed(where.get(keys[0], ("platforms", 0, *keys)), value), "robot.json")
+
+
+@pytest.mark.parametrize("linear", [3, [3, 3, 3], [[3, 0, 0], [0, 3, 0], [0, 0, 3]]])
+def test_equal_masses_are_one_mass(tmp_path, linear):
+    robot, _ = imported(tmp_path, changed(("platforms", 0, "inertia", "linear"), linear), "robot.json")
+    assert robot.platform.mass == 3.0
+
+
+def test_a_missing_end_of_a_cable_is_listed_as_assumed(tmp_path):
+    robot, said = imported(tmp_path, changed(("platforms", 0, "anchors", 1), {}), "robot.json")
+    assert robot.cables[2].platform.tolist() == [0.0, 0.0, 0.0]
+    assert said.count("platforms[0].anchors[1].position, the platform's origin") == 1
+
+
 def test_the_numbers_of_a_list_of_anchors(tmp_path):
     robot, said = imported(tmp_path, anchor_list(), "robot.json")
     assert robot.name == "tabletop-light-4cable"
