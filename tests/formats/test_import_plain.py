@@ -120,6 +120,7 @@ def test_directions_of_cdpyr(tmp_path, pattern, dof):
         (("inertia", "linear"), [[3, 0, 0], [0, 5, 0], [0, 0, 3]], r"inertia\.linear: expected a diagonal matrix with"),
         (("inertia", "linear"), [[3, 9, 0], [0, 3, 0], [0, 0, 3]], r"inertia\.linear: expected a diagonal matrix with"),
         (("inertia", "linear"), [[3, 0, 0], [0, 3, 0], [0, 0]], r"inertia\.linear: expected a diagonal matrix with"),
+        (("inertia", "linear"), 0, r"inertia\.linear: expected a mass of more than 0 kg, got 0"),
         (("inertia", "linear"), [3, 4, 5], r"json:\d+: platforms\[0\]\.inertia\.linear: .* equal masses, kg"),
         (
             ("motion_pattern",),
@@ -186,7 +187,8 @@ def test_defaults_of_a_list_of_anchors(tmp_path):
         ({"dof": 4}, r"robot\.json:4: dof: expected 3 \(x, y, z\), 6, or names"),
         ({"dof": ["x", "q"]}, r"the robot is invalid: dof"),
         ({"mass": "heavy"}, r"mass: expected a number"),
-        ({"mass": -1}, r"the robot is invalid: platform\.mass"),
+        ({"mass": -1}, r"robot\.json:\d+: mass: expected more than 0 kg, got -1"),
+        ({"dof": 6, "inertia": None, "mass": 0}, r"robot\.json:\d+: mass: expected more than 0 kg, got 0"),
         ({"t_max": [1, 2]}, r"t_max: expected 4 numbers, got a list of 2"),
         ({"dof": 6, "inertia": [[1, 2, 0], [0, 1, 0], [0, 0, 1]]}, r"inertia: expected a symmetric matrix"),
         ({"anchors": [[0, 0, 1e30]] * 4}, r"anchors\[0\]\[2\]: expected a number of at most"),

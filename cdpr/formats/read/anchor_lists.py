@@ -150,6 +150,8 @@ def _complete(
     if mass is None:
         found.warnings.append(f"{path}: assumed, because the file does not define it: the mass, {MASS:g} kg")
         found.comments["platform", "mass"] = "kg, assumed"
+    elif weight <= 0.0:
+        raise mass.wrong(f"expected more than 0 kg, got {weight:g}")
     try:
         whole, note = filled(inertia, weight, ends - np.array(centre), any(name.startswith("r") for name in dof))
     except ValueError as error:

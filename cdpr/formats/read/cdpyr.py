@@ -225,6 +225,8 @@ def _body(found: Imported, platform: Node, anchors: Any) -> dict[str, Any]:
     mass = _diagonal(linear)
     if mass is None:
         raise (platform / "inertia").wrong("expected the mass of the platform, in `linear`: add it to the file")
+    if mass <= 0.0:
+        raise linear.wrong(f"expected a mass of more than 0 kg, got {mass:g}")
     body: dict[str, Any] = {"mass": mass}
     found.comments["platform", "mass"] = f"kg, {linear.at}"
     tensor: Inertia = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
