@@ -19,6 +19,7 @@ MAX_MAGNITUDE = 1e12  # above this, squares and products leave the meaningful ra
 # m; the longest cables have kilometres, and farther out round-off of positions exceeds the tolerance of comparisons:
 # the spacing of floats is 1e-10 m here.
 MAX_DISTANCE = 1e6
+MAX_UNWOUND = 1e9  # m, largest unwound length of a command or an equilibrium
 NAME_PATTERN = r"^\w[\w.-]{0,63}$"
 
 

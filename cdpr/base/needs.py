@@ -161,6 +161,12 @@ def of_brakes() -> Needs:
     return replace(of_run(), backend={"features": "brakes"})
 
 
+def of_brake() -> Needs:
+    """Return the needs of brakes, which act at a power cut only: exported plants contain none."""
+    apart = left_out("exported winches always have power, so their brakes never close")
+    return of_run(plant_fmu=apart, controller_fmu=apart)
+
+
 def of_length_winch() -> Needs:
     """Return the needs of a winch that takes a length or its rate as its command."""
     models = {key: getattr(of_winch(), key) for key in ("mjcf", "sdf", "urdf")}

@@ -30,20 +30,22 @@ The steps of a control period are spread evenly over it.
 
 from __future__ import annotations
 
-from cdpr.base.fields import Positive
+from cdpr.base.fields import AtLeastOne, Positive
 from cdpr.base.needs import of_stepper
 from cdpr.cables.chain import COORDINATE, Number, Winch
 from cdpr.cables.drum import NUMBERS as DRUM_NUMBERS
 from cdpr.cables.drum import RADIUS
 from cdpr.cables.servo import SPEED_MAX
 
-# The numbers of a stepper, in the order of `StepperNumbers`.
-STEPS = (
-    Number("winch.steps_per_turn", Positive, "", "full steps of a stepper per turn of its drum, gear included", 200.0),
-    Number("winch.microsteps", Positive, "", "microsteps in a full step of a stepper", 16.0),
+STEPS_PER_TURN, MICROSTEPS, STALL_TORQUE = (
+    Number(
+        "winch.steps_per_turn", AtLeastOne, "", "full steps of a stepper per turn of its drum, gear included", 200.0
+    ),
+    Number("winch.microsteps", AtLeastOne, "", "microsteps in a full step of a stepper", 16.0),
     Number("winch.stall_torque", Positive, "N m", "stall torque, the largest load of a stepper about the drum's axis"),
-    SPEED_MAX,
 )
+# The numbers of a stepper, in the order of `StepperNumbers`.
+STEPS = (STEPS_PER_TURN, MICROSTEPS, STALL_TORQUE, SPEED_MAX)
 HEADER = "cdpr/cables/stepper.hpp"
 
 STEPPER = Winch(

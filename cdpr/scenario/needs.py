@@ -10,7 +10,7 @@ from pydantic.fields import FieldInfo
 
 from cdpr.base.fields import Kind, Section
 from cdpr.base.kinds import Kinds
-from cdpr.base.needs import MEANINGS, UNCONCERNED, UNDECLARED, Needs, of_brakes, of_exit_friction
+from cdpr.base.needs import MEANINGS, UNCONCERNED, UNDECLARED, Needs, of_brake, of_brakes, of_exit_friction
 from cdpr.base.problems import Path
 from cdpr.cables import MODELS, WINCH_TYPES, named
 from cdpr.cables.brake import brake_of
@@ -62,6 +62,7 @@ def in_use(scenario: Content) -> Iterator[tuple[Path, Needs, Any]]:
             place: Path = ("robot", "cable") if cable.exit is None else ("robot", "cables", i)
             yield (*place, "exit"), of_exit_friction(), leaves
     if any(brake_of(cable) is not None for cable in scenario.robot.cables):
+        yield ("robot", "winch", "brake_torque"), of_brake(), robot
         for i, event in enumerate(scenario.sections.events):
             if event.cuts_power:
                 yield ("events", i, "category"), of_brakes(), event
@@ -137,6 +138,7 @@ def part_declarations() -> Iterator[tuple[str, Needs | None]]:
         yield f"robot.winch.type: {name}", simple.needs
         yield f"robot.winch.type: {name} with inertia", driven.needs
     yield "robot.cable.exit: with friction", of_exit_friction()
+    yield "robot.winch.brake_torque", of_brake()
     yield "robot.winch.brake_torque: with a power cut", of_brakes()
 
 

@@ -32,19 +32,21 @@ from cdpr.tension.stage import StageSolver, TensionStage
 from cdpr.tension.winch_command import WinchStage
 
 
-def control_of(scenario: Scenario, motion: bool = False) -> Control:
+def control_of(scenario: Scenario, use: str = "controller_fmu") -> Control:
     """Return the controller and the tension distribution of a scenario, with the initial desired motion.
 
     Args:
         scenario: scenario.
-        motion: True if the pipeline's last operation writes the desired motion, for the calling code.
+        use: one of `cdpr.base.needs.USES` with a controller; for "native", the pipeline's last operation writes the
+            desired motion, for the calling code.
 
     Raises:
         ScenarioError: if an exported controller does not support a section of the scenario.
         CdprError: if controller or solver has no compiled operation.
         PluginError: if a plugin is missing or broken.
     """
-    require(scenario, "native" if motion else "controller_fmu")
+    require(scenario, use)
+    motion = use == "native"
     chosen = chosen_plugins(scenario)
     step, gravity = scenario.simulation.control_step, np.array(scenario.world.gravity)
     controller = chosen["controller"].make(scenario.robot, gravity, step, scenario.controller_options)

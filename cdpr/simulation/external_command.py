@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr.base.errors import CdprError
+from cdpr.base.fields import MAX_UNWOUND
 from cdpr.cables import commands_of
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
@@ -61,14 +62,31 @@ class Command:
         stage: distribution of the wrench, or check of the tensions.
         pipeline: steps in which they replace the answer.
         take: operation that checks and copies values, and records them for a number of `steps`.
+        cables: cables whose command is a length, by number and name.
     """
 
-    __slots__ = ("_record", "_steps", "kind", "pipeline", "stage", "steps", "take", "values")
+    __slots__ = (
+        "_record",
+        "_steps",
+        "_used",
+        "_view",
+        "cables",
+        "kind",
+        "pipeline",
+        "stage",
+        "steps",
+        "take",
+        "values",
+    )
 
-    def __init__(self, kind: Kind, values: Array, stage: Stage, pipeline: Pipeline, record: Record) -> None:
+    def __init__(
+        self, kind: Kind, values: Array, stage: Stage, pipeline: Pipeline, record: Record, cables: dict[int, str]
+    ) -> None:
+        self.cables, self._view = cables, values.data  # whose list is fast to make
         self.kind, self.values, self.stage, self.pipeline = kind, values, stage, pipeline
         self._record, self._steps, self.steps = record, np.ones(1, dtype=np.int64), 1
         table, used = record.table(kind, len(values))
+        self._used = used
         given = {"given": np.zeros_like(values), "values": values}
         live = {"standing": pipeline.standing[0], "steps": self._steps}
         self.take = bind("record_command", **given, record=table, used=used, **live).on
@@ -87,6 +105,18 @@ class Command:
         if self.take(GIVEN, found):
             self._record.complete()
             self.take(GIVEN, found)
+
+    def check_lengths(self) -> None:
+        """Raise CdprError, and omit the accepted command from the record, if one of its lengths is out of range."""
+        given = self._view.tolist()
+        lengths = given if len(self.cables) == len(given) else [given[i] for i in self.cables]
+        if min(lengths) > 0.0 and max(lengths) <= MAX_UNWOUND:
+            return
+        self._used[0] -= 1
+        name, value = next((name, given[i]) for i, name in self.cables.items() if not 0.0 < given[i] <= MAX_UNWOUND)
+        raise CdprError(
+            f"{self.kind}: cable '{name}': expected more than 0 and at most {MAX_UNWOUND:g} m, got {value:g}"
+        )
 
 
 class ExternalCommands:
@@ -111,7 +141,8 @@ class ExternalCommands:
         """Return the pipeline with this wrench (6,) or these commands (m,), copied and recorded for `steps`.
 
         Raises:
-            CdprError: if the values are not finite numbers of that shape, or the winches do not take them.
+            CdprError: if the values are not finite numbers of that shape, or the winches do not take them, or a length
+                is out of range.
         """
         command = self._last
         if command is None or command.kind != kind:
@@ -119,11 +150,13 @@ class ExternalCommands:
         if command.steps != steps:
             command.last(steps)
         try:
-            if not command.take(GIVEN, values):
-                return command.pipeline
+            taken = not command.take(GIVEN, values)
         except (TypeError, ValueError):  # another type, shape or memory layout
-            pass
-        command.take_checked(values)
+            taken = False
+        if not taken:
+            command.take_checked(values)
+        if command.cables:
+            command.check_lengths()
         return command.pipeline
 
     def steps_left(self, count: int, last: int) -> float:
@@ -170,7 +203,10 @@ class ExternalCommands:
             before = [] if first else self._following(stage)
             deciding = [*before, *deciding, *self._following(loop.stage)]
         pipeline = Pipeline(deciding, loop.advancing, loop.row, loop.parts.control_step, loop.pipeline)
-        return Command(kind, values, stage, pipeline, self._record)
+        robot = loop.parts.robot
+        takes = zip(robot.cables, commands_of(robot), strict=True) if kind in ("length", "command") else ()
+        lengths = {i: cable.name for i, (cable, takes_) in enumerate(takes) if takes_ == "length"}
+        return Command(kind, values, stage, pipeline, self._record, lengths)
 
     def _stage(self, kind: Kind) -> Stage:
         takes = commands_of(self._loop.parts.robot)

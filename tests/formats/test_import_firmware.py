@@ -184,6 +184,7 @@ def test_klipper_does_not_use_steppers_behind_a_gap(tmp_path):
     [
         (("K6 ", "K3 "), r"config\.g:3: M669 K: expected 6, a Hangprinter, got 3"),
         (("M669 A0.0", "M669 E0.0"), r"config\.g:3: M669: anchor A is missing: expected AX:Y:Z, mm, as N is 4"),
+        (("M669 A0.0", "M669 Ainf"), r"config\.g:7: M669 [AN]: expected a number after each letter, got 'AINF:-1"),
         (("1610.98:-131.53", "1610.98"), r"config\.g:7: M669 A: expected X:Y:Z, mm, got 0\.0:-1610\.98"),
         (("1610.98", "16-10.98"), r"config\.g:7: M669 A: expected numbers of at most 1e\+12, got"),
         (("1610.98", "1e999"), r"config\.g:7: M669 A: expected numbers of at most 1e\+12, got"),

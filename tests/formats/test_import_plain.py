@@ -114,6 +114,47 @@ def test_directions_of_cdpyr(tmp_path, pattern, dof):
     assert robot.dof == tuple(dof)
 
 
+@pytest.mark.parametrize(
+    ("keys", "value", "said"),
+    [
+        (("inertia", "linear"), [[3, 0, 0], [0, 5, 0], [0, 0, 3]], r"inertia\.linear: expected a diagonal matrix with"),
+        (("inertia", "linear"), [[3, 9, 0], [0, 3, 0], [0, 0, 3]], r"inertia\.linear: expected a diagonal matrix with"),
+        (("inertia", "linear"), [[3, 0, 0], [0, 3, 0], [0, 0]], r"inertia\.linear: expected a diagonal matrix with"),
+        (("inertia", "linear"), 0, r"inertia\.linear: expected a mass of more than 0 kg, got 0"),
+        (("inertia", "linear"), [3, 4, 5], r"json:\d+: platforms\[0\]\.inertia\.linear: .* equal masses, kg"),
+        (
+            ("motion_pattern",),
+            {"translation": 3.7, "rotation": 3},
+            r"motion_pattern: expected whole numbers .* 3\.7 and 3",
+        ),
+        (("frame",), {}, r"frame\.anchors\[0\]\.position: expected 3 numbers, got"),
+        (("frame",), {"position": None}, r"frame\.anchors\[0\]\.position: expected 3 numbers, got"),
+        (("radius",), -0.1, r"anchors\[1\]\.pulley\.radius: expected at least 0, got -0\.1"),
+        (("elasticity",), -2e9, r"cables\[0\]\.modulus\.elasticities\[0\]: expected at least 0, got -2e\+09"),
+    ],
+)
+def test_wrong_values_of_platform_and_cables_are_an_error(tmp_path, keys, value, said):
+    where = {
+        "frame": ("frame", "anchors", 0),
+        "radius": ("frame", "anchors", 1, "pulley", "radius"),
+        "elasticity": ("cables", 0, "modulus", "elasticities", 0),
+    }
+    with pytest.raises(FormatError, match=said):
+        imported(tmp_path, changed(where.get(keys[0], ("platforms", 0, *keys)), value), "robot.json")
+
+
+@pytest.mark.parametrize("linear", [3, [3, 3, 3], [[3, 0, 0], [0, 3, 0], [0, 0, 3]]])
+def test_equal_masses_are_one_mass(tmp_path, linear):
+    robot, _ = imported(tmp_path, changed(("platforms", 0, "inertia", "linear"), linear), "robot.json")
+    assert robot.platform.mass == 3.0
+
+
+def test_a_missing_end_of_a_cable_is_listed_as_assumed(tmp_path):
+    robot, said = imported(tmp_path, changed(("platforms", 0, "anchors", 1), {}), "robot.json")
+    assert robot.cables[2].platform.tolist() == [0.0, 0.0, 0.0]
+    assert said.count("platforms[0].anchors[1].position, the platform's origin") == 1
+
+
 def test_the_numbers_of_a_list_of_anchors(tmp_path):
     robot, said = imported(tmp_path, anchor_list(), "robot.json")
     assert robot.name == "tabletop-light-4cable"
@@ -146,7 +187,8 @@ def test_defaults_of_a_list_of_anchors(tmp_path):
         ({"dof": 4}, r"robot\.json:4: dof: expected 3 \(x, y, z\), 6, or names"),
         ({"dof": ["x", "q"]}, r"the robot is invalid: dof"),
         ({"mass": "heavy"}, r"mass: expected a number"),
-        ({"mass": -1}, r"the robot is invalid: platform\.mass"),
+        ({"mass": -1}, r"robot\.json:\d+: mass: expected more than 0 kg, got -1"),
+        ({"dof": 6, "inertia": None, "mass": 0}, r"robot\.json:\d+: mass: expected more than 0 kg, got 0"),
         ({"t_max": [1, 2]}, r"t_max: expected 4 numbers, got a list of 2"),
         ({"dof": 6, "inertia": [[1, 2, 0], [0, 1, 0], [0, 0, 1]]}, r"inertia: expected a symmetric matrix"),
         ({"anchors": [[0, 0, 1e30]] * 4}, r"anchors\[0\]\[2\]: expected a number of at most"),
@@ -176,11 +218,40 @@ def test_a_table_of_anchors_alone_is_a_point(tmp_path):
     assert [cable.name for cable in robot.cables] == ["cable_1", "cable_2", "cable_3"]
 
 
+@pytest.mark.parametrize("headings", ["name,bx,by,bz,ax,ay,az", "ax,az,ay,cable,b_z,b_x,b_y", "BX,Z,X,Y,BZ,BY"])
+def test_headings_set_the_order_of_columns(tmp_path, headings):
+    keys = [heading.lower().replace("_", "") for heading in headings.split(",")]
+    keys = ["name" if key == "cable" else f"a{key}" if len(key) == 1 else key for key in keys]
+    lines = TABLE.splitlines()[2:]
+    cells = [dict(zip(("name", "ax", "ay", "az", "bx", "by", "bz"), line.split(","), strict=True)) for line in lines]
+    text = "\n".join([headings, *(",".join(row[key] for key in keys) for row in cells)])
+    robot, _ = imported(tmp_path, text, "robot.csv", tension=(1, 100))
+    names = ["left", "right", "back"] if "name" in keys else ["cable_1", "cable_2", "cable_3"]
+    assert [cable.name for cable in robot.cables] == names
+    np.testing.assert_array_equal([cable.frame for cable in robot.cables], [[-1, 0, 2], [1, 0, 2], [0, 1, 2]])
+    np.testing.assert_array_equal([cable.platform for cable in robot.cables], [[-0.1, 0, 0], [0.1, 0, 0], [0, 0.1, 0]])
+
+
+@pytest.mark.parametrize(
+    ("headings", "row"),
+    [
+        ("name,ax,ay,az,bx,by,width", "left,1,2,3,4,5,6"),
+        ("name,ax,ay,az,bx,by", "left,1,2,3,4,5"),
+        ("ax,ay,az,ax,by,bz", "1,2,3,4,5,6"),
+        ("bx,by,bz", "1,2,3"),
+    ],
+)
+def test_unknown_and_incomplete_headings_are_an_error(tmp_path, headings, row):
+    said = rf"robot\.csv:1: expected the headings ax, ay, az, bx, by, bz \(or only ax, ay, az\).*, got '{headings}'"
+    with pytest.raises(FormatError, match=said):
+        imported(tmp_path, f"{headings}\n{row}\n", "robot.csv", tension=(1, 100))
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
         (TABLE, r"robot\.csv: a list of anchors has no limits of tensions: give them \(--tension MIN,MAX\)"),
-        (TABLE + "more,1,2\n", r"robot\.csv:6: expected 6 numbers, m, maybe after a name, got 'more,1,2'"),
+        (TABLE + "more,1,2\n", r"robot\.csv:6: expected 6 numbers, m, one cell per heading, got 'more,1,2'"),
         (TABLE + "more,1,2,3,4,5,x\n", r"robot\.csv:6: expected 6 numbers"),
         (TABLE + "more,1,2,3,4,5,1e99\n", r"the robot is invalid"),
         ("1,2,3\n" * 300, r"robot\.csv:257: expected at most 256 cables"),

@@ -38,7 +38,7 @@ STOP = "events=[{type: emergency_stop, time: 0.4, stopping_time: 0.3}]"
 
 def pipeline(*changes, name="planar"):
     path = ROOT / "scenarios" / f"{name}.yaml"
-    return set(control_of(cdpr.load_scenario(path, overrides=[*changes]), motion=True).pipeline.names)
+    return set(control_of(cdpr.load_scenario(path, overrides=[*changes]), "native").pipeline.names)
 
 
 def exported_headers():

@@ -193,3 +193,22 @@ def test_an_fmu_of_a_robot_file_rejects_steppers(tmp_path):
     assert done.exit_code
     assert "cable 'left': not supported by an exported FMU without controller: drives that count" in str(done.exception)
     assert not (tmp_path / "steps.fmu").exists()
+
+
+def test_exported_fmus_report_brakes(tmp_path):
+    said = "left out: robot.winch.brake_torque: exported winches always have power"
+    scenario = cdpr.load_scenario("winch", overrides={"robot.winch.brake_torque": 5.0})
+    for use, count in (("plant_fmu", 1), ("controller_fmu", 1), ("native", 0)):
+        assert sum(line.startswith("robot.winch.brake_torque") for line in omitted(scenario, use)) == count
+    words = ["fmu", "export", "caroca_winches", "--with-winch", "--set", "winch.brake_torque=5", "--source-only"]
+    done = CliRunner().invoke(cli, [*words, "--out", str(tmp_path / "plant.fmu")])
+    assert not done.exit_code, done.output
+    assert said in done.stderr
+
+
+def test_a_controller_alone_is_exported_without_the_drives(tmp_path):
+    words = ["fmu", "export", "caroca", "--set", "drives.delay=0.004", "--source-only", "--out"]
+    done = CliRunner().invoke(cli, [*words, str(tmp_path / "alone.fmu"), "--controller"])
+    assert not done.exit_code, done.output
+    done = CliRunner().invoke(cli, [*words, str(tmp_path / "both.fmu"), "--with-controller"])
+    assert "drives: not supported by an exported FMU with controller" in str(done.exception)

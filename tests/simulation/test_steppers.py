@@ -7,7 +7,9 @@ import pytest
 from log_cases import same_bits
 
 import cdpr
+from cdpr.analysis.distribution.describe import describe_robot, winch_figures
 from cdpr.simulation.linearised import linearise
+from cdpr.ui.report.text.description import _winches
 
 RADIUS, TURN, STALL, STIFFNESS = 0.05, 200.0, 2.0, 2e4  # m, full steps, N m, N
 PERIOD = 4.0 * 2.0 * np.pi / TURN * RADIUS  # m of cable in four full steps
@@ -208,6 +210,8 @@ def test_controllers_of_wrenches_and_tensions_drive_steppers_by_the_map(controll
 MESSAGES = {
     "torque": ({"stall_torque": None}, "with winch.type stepper needs the stall torque (N m) of each cable"),
     "drum": ({"drum_radius": None}, "with winch.type stepper needs the radius of the drum"),
+    "microsteps": ({"microsteps": 0.3}, "robot.winch.microsteps: must be at least 1, got 0.3"),
+    "steps": ({"steps_per_turn": 1e-300}, "robot.winch.steps_per_turn: must be at least 1, got 1e-300"),
 }
 
 
@@ -218,6 +222,13 @@ def test_messages(name):
     with pytest.raises(cdpr.CdprError) as caught:
         camera(winch)
     assert text in str(caught.value)
+
+
+def test_the_description_of_a_robot_has_the_steps():
+    robot = camera(MOTOR).robot
+    (line,) = _winches(describe_robot(robot)["cables"])
+    assert "0.0002 kg m^2 at the drum, 200 steps per turn, 16 microsteps, stall torque 2 N m; all cables" in line
+    assert "microsteps" not in winch_figures(camera({"type": "position"}).robot.cables[0])
 
 
 def test_unused_numbers_are_reported():

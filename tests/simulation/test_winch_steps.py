@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from conftest import ROOT
@@ -66,6 +68,23 @@ def test_steps_equal_those_of_a_controller_with_this_output(case, controller):
     np.testing.assert_array_equal(found.winch_command[:last], wanted.winch_command[:last])
 
 
+@pytest.mark.parametrize("value", [0.0, -1.0, 2e9, 1e300])
+@pytest.mark.parametrize("kind", ["length", "command"])
+def test_lengths_out_of_range_are_an_error(tmp_path, kind, value):
+    wrong = commands("length", 0)
+    wrong[2] = value
+    with cdpr.Simulation(CAMERA, overrides={**SHORT, **TORQUE} if kind == "command" else SHORT) as sim:
+        name = sim.scenario.robot.cables[2].name
+        said = rf"^{kind}: cable '{name}': expected more than 0 and at most 1e\+09 m, got {re.escape(f'{value:g}')}$"
+        for given in (wrong, wrong.tolist()):
+            with pytest.raises(cdpr.CdprError, match=said):
+                sim.step(**{kind: given})
+        assert sim.samples == 0
+        sim.step(**{kind: commands("length", 0)})
+        sim.save(tmp_path / "saved.yaml")
+    assert len((tmp_path / "saved_outside.csv").read_text().splitlines()) == 2
+
+
 def test_a_session_of_commands_is_saved_and_repeated(tmp_path):
     saved = tmp_path / "saved.yaml"
     with cdpr.Simulation(CAMERA, overrides=SHORT) as sim:
@@ -105,12 +124,19 @@ def test_wrong_commands_are_rejected(changes, given, text):
             sim.step(**given)
 
 
-def test_a_file_with_an_unknown_quantity_is_rejected(tmp_path):
+@pytest.mark.parametrize(
+    ("quantity", "said"),
+    [
+        ("angle,,,,,,,1,1,1,1", r"quantity: expected length, rate, command, or nothing"),
+        ("length,,,,,,,1,0,1,1", r"expected lengths of more than 0 and at most 1e\+09 m, got 0"),
+    ],
+)
+def test_a_file_with_wrong_quantities_is_rejected(tmp_path, quantity, said):
     names = [cable.name for cable in cdpr.load_robot(ROOT / "scenarios" / "robots" / "camera_robot.yaml").cables]
     (tmp_path / "given.csv").write_text(
-        ",".join(["t,until,quantity,fx,fy,fz,mx,my,mz", *names]) + "\n0.0,0.1,angle,,,,,,,1,1,1,1\n"
+        ",".join(["t,until,quantity,fx,fy,fz,mx,my,mz", *names]) + f"\n0.0,0.1,{quantity}\n"
     )
     text = CAMERA.read_text().replace("robots/", f"{ROOT}/scenarios/robots/")
     (tmp_path / "one.yaml").write_text(text + "events: [{type: outside, file: given.csv}]\n")
-    with pytest.raises(cdpr.CdprError, match=r"given\.csv.*2.*quantity: expected length, rate, command, or nothing"):
+    with pytest.raises(cdpr.CdprError, match=rf"given\.csv.*2.*{said}"):
         cdpr.load_scenario(tmp_path / "one.yaml")

@@ -10,6 +10,7 @@ import numpy as np
 from cdpr.analysis.distribution.survey import Survey, survey
 from cdpr.cables import bends, rubs
 from cdpr.cables.drum import INERTIA, RADIUS
+from cdpr.cables.stepper import MICROSTEPS, STALL_TORQUE, STEPS_PER_TURN
 from cdpr.cables.transmission import EFFICIENCY, GEAR_RATIO, GROWTH, REEVING
 from cdpr.mechanics.exit_friction import FRICTIONLESS
 from cdpr.mechanics.kinematics import make_state
@@ -39,6 +40,7 @@ WINCH = {
     "efficiency": EFFICIENCY,
     "inertia_kg_m2": INERTIA,
 }
+STEPPER = {"steps_per_turn": STEPS_PER_TURN, "microsteps": MICROSTEPS, "stall_torque_N_m": STALL_TORQUE}
 
 
 def describe_robot(robot: Robot) -> dict[str, Any]:
@@ -81,7 +83,9 @@ def describe_robot(robot: Robot) -> dict[str, Any]:
 
 
 def winch_figures(cable: Cable) -> dict[str, Any] | None:
-    """Return type, drum, transmission and inertia of a cable's winch, None for unknown numbers; None without a winch.
+    """Return the figures of a cable's winch, None for unknown numbers; None without a winch.
+
+    They are its type, drum, transmission and inertia, and for a stepper its steps and stall torque.
 
     Example:
         >>> import cdpr
@@ -90,7 +94,8 @@ def winch_figures(cable: Cable) -> dict[str, Any] | None:
     """
     if cable.winch is None:
         return None
-    numbers = {key: number.of(cable, math.nan) for key, number in WINCH.items()}
+    known = WINCH | STEPPER if cable.winch.type == "stepper" else WINCH
+    numbers = {key: number.of(cable, math.nan) for key, number in known.items()}
     return {
         "type": cable.winch.type,
         **{key: value if math.isfinite(value) else None for key, value in numbers.items()},

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from cdpr.base import tolerances
 from cdpr.base.errors import CdprError
+from cdpr.base.fields import MAX_UNWOUND
 from cdpr.base.problems import shown
 from cdpr.cables.drum import RADIUS
 from cdpr.cables.drums import unwound_lengths
@@ -22,7 +23,6 @@ from cdpr.scenario.evaluated_pose import evaluated_pose
 from cdpr.scenario.loader import AnyRobot, robot_or_scenario
 from cdpr.scenario.sound_robot import sound
 
-LONGEST = 1e9  # m
 STARTS = 100  # random starts of a search for all equilibria
 
 
@@ -146,8 +146,8 @@ def _arguments(
                 raise CdprError(f"drum_angles: cable '{robot.cables[k].name}': {text}")
         unwound = np.where(turned, wound, unwound)
     for cable, length, force in zip(robot.cables, unwound.tolist(), tension.tolist(), strict=True):
-        if length <= 0.0 or length > LONGEST:
-            text = f"expected more than 0 and at most {LONGEST:g} m"
+        if length <= 0.0 or length > MAX_UNWOUND:
+            text = f"expected more than 0 and at most {MAX_UNWOUND:g} m"
             raise CdprError(f"lengths: cable '{cable.name}': {text}, got {length:g}")
         if force < 0.0 and robot.unilateral:
             raise CdprError(f"tensions: cable '{cable.name}': expected at least 0 N, got {force:g}")

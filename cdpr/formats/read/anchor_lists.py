@@ -2,7 +2,7 @@
 
 JSON and YAML have the keys `anchors` and `attachments`, lists of points in m, and may have `mass`, `inertia`, `com`,
 `t_min`, `t_max`, `dof`, `home`, `name`, `n_cables` and `cable_diameter_m`. CSV has one cable per line: its anchor and,
-after it, its attachment, 0 if missing; a first column may have names, and a first line headings.
+after it, its attachment, 0 if missing; a first column may have names. A first line with headings sets another order.
 """
 
 from __future__ import annotations
@@ -30,7 +30,10 @@ MASS = 1.0  # kg, assumed without one
 POINT, PAIR = 3, 6  # numbers of a line of CSV
 HEAD = 4096  # bytes that show whether a file is a table
 FLAT = 0.1  # height of the anchors relative to their extent, below which the robot hangs
-HEADINGS = {"name", "cable", *(f"{end}{axis}" for end in ("", "a", "b", "a_", "b_") for axis in "xyz")}
+AXES = ("ax", "ay", "az", "bx", "by", "bz")  # columns of an anchor and an attachment
+# Columns by their headings, in lower case.
+HEADINGS = {"name": "name", "cable": "name"} | {axis: f"a{axis}" for axis in "xyz"}
+HEADINGS |= {heading: axis for axis in AXES for heading in (axis, f"{axis[0]}_{axis[1]}")}
 
 
 def recognise(content: bytes) -> bool:
@@ -147,6 +150,8 @@ def _complete(
     if mass is None:
         found.warnings.append(f"{path}: assumed, because the file does not define it: the mass, {MASS:g} kg")
         found.comments["platform", "mass"] = "kg, assumed"
+    elif weight <= 0.0:
+        raise mass.wrong(f"expected more than 0 kg, got {weight:g}")
     try:
         whole, note = filled(inertia, weight, ends - np.array(centre), any(name.startswith("r") for name in dof))
     except ValueError as error:
@@ -187,19 +192,51 @@ def _is_number(word: str) -> bool:
 def _is_table(content: bytes) -> bool:
     lines = (line.decode("latin-1") for line in content.removeprefix(b"\xef\xbb\xbf").splitlines())
     rows = list(islice((words for line in lines if (words := _words(line))), 4))
-    if rows and _headings(rows[0]):
-        rows = rows[1:]
-    return bool(rows) and all(_numbers(row) is not None for row in rows[: len(rows) - (len(rows) > 2)])
+    headed = bool(rows) and _headings(rows[0])
+    rows = rows[headed:]
+    valid = _measures if headed else _numbers
+    return bool(rows) and all(valid(row) is not None for row in rows[: len(rows) - (len(rows) > 2)])
 
 
 def _headings(row: list[str]) -> bool:
-    return not any(map(_is_number, row)) and all(word.lower() in HEADINGS for word in row)
+    """Return True if a line has only known headings, or at least three of `AXES` and others."""
+    words = [word.lower() for word in row]
+    return not any(map(_is_number, row)) and (
+        all(word in HEADINGS for word in words)
+        or sum(HEADINGS.get(word) in AXES and len(word) > 1 for word in words) > 2
+    )
 
 
-def _numbers(row: list[str]) -> tuple[str, list[float]] | None:
-    """Return the name and the numbers of a line; None if it has neither three nor six."""
-    name = "" if _is_number(row[0]) else row[0]
-    numbers = row[1:] if name else row
+def _measures(row: list[str]) -> list[str] | None:
+    """Return a line of at least three cells, of which one may be a name; None for another."""
+    return row if len(row) >= POINT and sum(map(_is_number, row)) >= len(row) - 1 else None
+
+
+def _columns(row: list[str], path: Path, line: int) -> list[int]:
+    """Return the position of the name, -1 without one, and those of the numbers in the order of `AXES`.
+
+    Raises:
+        FormatError: if a heading is unknown or occurs twice, or the axes are incomplete.
+    """
+    names = [HEADINGS.get(word.lower(), "") for word in row]
+    axes = [axis for axis in AXES if axis in names]
+    if "" in names or len(set(names)) < len(names) or axes not in ([*AXES[:POINT]], [*AXES]):
+        raise refuse(
+            str(path), line, f"expected the headings {', '.join(AXES)} (or only {', '.join(AXES[:POINT])}), each once, "
+            f"in any order, maybe with `name`, got {short_repr(','.join(row))}"
+        )  # fmt: skip
+    return [names.index("name") if "name" in names else -1, *map(names.index, axes)]
+
+
+def _numbers(row: list[str], columns: list[int] | None = None) -> tuple[str, list[float]] | None:
+    """Return the name and the numbers of a line; None if it has neither three nor six, or other than its `columns`."""
+    if columns is not None:
+        if len(row) != max(columns) + 1:
+            return None
+        name, numbers = row[columns[0]] if columns[0] >= 0 else "", [row[k] for k in columns[1:]]
+    else:
+        name = "" if _is_number(row[0]) else row[0]
+        numbers = row[1:] if name else row
     if len(numbers) not in (POINT, PAIR) or not all(map(_is_number, numbers)):
         return None
     return name, [float(word) for word in numbers]
@@ -208,14 +245,19 @@ def _numbers(row: list[str]) -> tuple[str, list[float]] | None:
 def _table(found: Imported, path: Path, content: bytes, given: tuple[float, float] | None) -> None:
     """Read CSV."""
     rows: list[tuple[str, list[float], int]] = []
+    columns: list[int] | None = None
     for line, text in enumerate(lines_of(content, str(path)), 1):
         words = _words(text)
-        if not words or (not rows and _headings(words)):
+        if not words:
             continue
-        numbers = _numbers(words)
+        if not rows and columns is None and _headings(words):
+            columns = _columns(words, path, line)
+            continue
+        numbers = _numbers(words, columns)
         if numbers is None or (rows and len(numbers[1]) != len(rows[0][1])):
-            wanted = "3 or 6" if not rows else f"{len(rows[0][1])}"
-            raise refuse(str(path), line, f"expected {wanted} numbers, m, maybe after a name, got {short_repr(text)}")
+            wanted = f"{len(rows[0][1])}" if rows else "3 or 6" if columns is None else f"{len(columns) - 1}"
+            form = "maybe after a name" if columns is None else "one cell per heading"
+            raise refuse(str(path), line, f"expected {wanted} numbers, m, {form}, got {short_repr(text)}")
         if len(rows) == MAX_CABLES:
             raise refuse(str(path), line, f"expected at most {MAX_CABLES} cables")
         rows.append((*numbers, line))

@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from cdpr.base.problems import dotted
 from cdpr.cables.pulley import Pulley
 from cdpr.formats.read.import_options import Choice
 from cdpr.formats.read.imported import Imported, slug, unique
@@ -99,29 +100,44 @@ def _row(found: Imported, top: Node, platform: Node, chain: Node) -> dict[str, A
     anchor = _index(chain, "frame_anchor", items_of(top / "frame" / "anchors"))
     row: dict[str, Any] = {
         "frame": _point(anchor),
-        "platform": _point(_index(chain, "platform_anchor", items_of(platform / "anchors"))),
+        "platform": _end(found, _index(chain, "platform_anchor", items_of(platform / "anchors"))),
     }
-    radius = _number(anchor / "pulley" / "radius")
+    radius = _size(anchor / "pulley" / "radius")
     if radius is not None and radius > 0.0:
         axis = _rotation(anchor)[:, 2]
         row["exit"] = {"type": Pulley.kind(), "radius": radius, "axis": axis.tolist()}
     cable = _index(chain, "cable", items_of(top / "cables"))
-    diameter = _number(cable / "diameter")
+    diameter = _size(cable / "diameter")
     if diameter is not None and diameter > 0.0:
         row["diameter"] = diameter
         modules = cable / "modulus" / "elasticities"
-        elasticity = None if is_missing(modules.value) else _number(items_of(modules)[0])
+        elasticity = None if is_missing(modules.value) else _size(items_of(modules)[0])
         if elasticity is not None and elasticity > 0.0:
             row["axial_stiffness"] = elasticity * math.pi * diameter**2 / 4.0
     return row
 
 
 def _point(anchor: Node) -> list[float]:
-    """Return the position of an anchor; older versions have it one level deeper. Without one, it is the origin."""
+    """Return the position of an anchor; older versions have it one level deeper."""
+    return _place(anchor).vector(3)
+
+
+def _end(found: Imported, anchor: Node) -> list[float]:
+    """Return the position of an anchor of the platform; its origin, with a warning, if it has none."""
+    if not is_missing(_place(anchor).value):
+        return _point(anchor)
+    place = f"{anchor.document.source}:{anchor.line}"
+    text = (
+        f"{place}: assumed, because the file does not define it: {dotted(anchor.path)}.position, the platform's origin"
+    )
+    if text not in found.warnings:
+        found.warnings.append(text)
+    return [0.0, 0.0, 0.0]
+
+
+def _place(anchor: Node) -> Node:
     place = anchor / "position"
-    if isinstance(place.value, dict):
-        place = place / "position"
-    return [0.0, 0.0, 0.0] if is_missing(place.value) else place.vector(3)
+    return place / "position" if isinstance(place.value, dict) else place
 
 
 def _rotation(node: Node) -> np.ndarray[Any, np.dtype[np.float64]]:
@@ -146,8 +162,16 @@ def _number(node: Node) -> float | None:
     return None if is_missing(node.value) else node.number()
 
 
+def _size(node: Node) -> float | None:
+    """Return a number of at least 0; None if it is missing."""
+    found = _number(node)
+    if found is not None and found < 0.0:
+        raise node.wrong(f"expected at least 0, got {found:g}")
+    return found
+
+
 def _largest(top: Node, chain: Node) -> float | None:
-    return _number(_index(chain, "cable", items_of(top / "cables")) / "breaking_load")
+    return _size(_index(chain, "cable", items_of(top / "cables")) / "breaking_load")
 
 
 def _tension(
@@ -186,6 +210,8 @@ def _dof(platform: Node) -> tuple[str, ...]:
         numbers = (int(counts[2]), int(counts[1] or 0)) if counts is not None else (0, 0)
     else:
         moves, turns = ((_number(pattern / key) or 0.0) for key in ("translation", "rotation"))
+        if not (moves.is_integer() and turns.is_integer()):
+            raise pattern.wrong(f"expected whole numbers of translations and rotations, got {moves:g} and {turns:g}")
         numbers = (int(moves), int(turns))
     if numbers not in PATTERNS:
         allowed = ", ".join(f"{turns}R{moves}T" if turns else f"{moves}T" for moves, turns in PATTERNS)
@@ -199,6 +225,8 @@ def _body(found: Imported, platform: Node, anchors: Any) -> dict[str, Any]:
     mass = _diagonal(linear)
     if mass is None:
         raise (platform / "inertia").wrong("expected the mass of the platform, in `linear`: add it to the file")
+    if mass <= 0.0:
+        raise linear.wrong(f"expected a mass of more than 0 kg, got {mass:g}")
     body: dict[str, Any] = {"mass": mass}
     found.comments["platform", "mass"] = f"kg, {linear.at}"
     tensor: Inertia = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -224,11 +252,23 @@ def _body(found: Imported, platform: Node, anchors: Any) -> dict[str, Any]:
 
 
 def _diagonal(linear: Node) -> float | None:
-    """Return the mass of a matrix with equal masses on its diagonal, or of a list or number."""
+    """Return the mass of a matrix with equal masses on its diagonal, or of a list or number; None without one.
+
+    Raises:
+        FormatError: if the masses differ, or the matrix is not diagonal.
+    """
     if is_missing(linear.value):
         return None
-    first = linear.items()[0] if isinstance(linear.value, list) else linear
-    return _number(first / 0 if isinstance(first.value, list) else first)
+    rows = items_of(linear)
+    values = [[_number(cell) for cell in items_of(row)] for row in rows]
+    if isinstance(rows[0].value, list):
+        masses = [row[i] if i < len(row) else None for i, row in enumerate(values)]
+        others = [value for i, row in enumerate(values) for k, value in enumerate(row) if k != i]
+    else:
+        masses, others = [row[0] for row in values], []
+    if len(masses) > 3 or any(mass != masses[0] for mass in masses) or any(others):
+        raise linear.wrong("expected a diagonal matrix with equal masses, kg: cdpr has one mass in all directions")
+    return masses[0]
 
 
 def _home(platform: Node) -> dict[str, Any]:

@@ -54,6 +54,8 @@ class Command:
         text = self.words[letter]
         if text[:1] == "{":
             raise self.wrong(letter, f"expressions are not computed: write the number instead of {short_repr(text)}")
+        if not text:
+            raise self.wrong(letter, f"expected a number after each letter, got {short_repr(self._unnumbered(letter))}")
         try:
             values = [float(part) for part in text.split(":")]
         except ValueError:
@@ -61,6 +63,16 @@ class Command:
         if not all(abs(value) <= MAX_MAGNITUDE for value in values):
             raise self.wrong(letter, f"expected numbers of at most {MAX_MAGNITUDE:g}, got {short_repr(text)}")
         return values
+
+    def _unnumbered(self, letter: str) -> str:
+        """Return a parameter without a number and its neighbours up to the next number: letters of one word."""
+        words = list(self.words.items())
+        first = last = [name for name, _ in words].index(letter)
+        while first and not words[first - 1][1]:
+            first -= 1
+        while last + 1 < len(words) and not words[last][1]:
+            last += 1
+        return "".join(name + value for name, value in words[first : last + 1])
 
     def wrong(self, letter: str, text: str) -> FormatError:
         """Return the error for a parameter."""

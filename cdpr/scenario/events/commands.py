@@ -16,6 +16,7 @@ from typing import Literal
 
 import numpy as np
 
+from cdpr.base.fields import MAX_UNWOUND
 from cdpr.base.files import MAX_FAULTS, ContentError, text_of
 from cdpr.base.problems import shown
 from cdpr.model.robot import Array
@@ -103,6 +104,9 @@ def _span(cells: list[str], quantity: str, before: float) -> Span:
     start, end, *values = [_number(cell) for cell in (*cells[:2], *(wrench if any(wrench) else tension))]
     if not before <= start < end:
         raise ValueError(f"t must be at least {before!r} (s), the end of the row before, and less than `until`")
+    beyond = next((value for value in values if kind == "length" and not 0.0 < value <= MAX_UNWOUND), None)
+    if beyond is not None:
+        raise ValueError(f"expected lengths of more than 0 and at most {MAX_UNWOUND:g} m, got {beyond:g}")
     return Span(kind, start, end, np.array(values))
 
 

@@ -72,7 +72,9 @@ def command(
     loaded = load_with_warnings(file, changes)
     import numpy as np
 
+    from cdpr.base.needs import of_brake
     from cdpr.cables import ACTUATED, immediate, rubs, takes_lengths, with_model
+    from cdpr.cables.brake import brake_of
     from cdpr.fmu.export import NATIVE, Actuator, Controller, Load, Model, Plant, write_fmu
     from cdpr.log.files import NAME_OR_FORCE
     from cdpr.mechanics.kinematics import make_state
@@ -102,6 +104,8 @@ def command(
             robot = with_model(robot, ACTUATED)  # as the scenario itself exports them
     else:
         require_parts(loaded, "plant_fmu")
+        if any(brake_of(cable) is not None for cable in loaded.cables):
+            click.echo(f"{file}: left out: robot.winch.brake_torque: {of_brake().plant_fmu.why}", err=True)
         pose, _ = home_pose(loaded)
         robot, gravity, state = loaded, np.array(World().gravity), make_state(pose[:3], pose[3:])
     step = step or DEFAULT_STEP
@@ -114,7 +118,7 @@ def command(
     if isinstance(loaded, Scenario) and (controller or with_controller):
         from cdpr.simulation.exported import control_of
 
-        control = control_of(loaded)
+        control = control_of(loaded, use)
     model: Model
     if control and controller:
         model = Controller(control)

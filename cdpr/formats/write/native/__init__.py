@@ -19,7 +19,7 @@ def native_files(scenario: Scenario) -> dict[str, bytes]:
     Raises:
         CdprError: if the scenario has parts that cannot be exported, such as a solver without a compiled operation.
     """
-    control = control_of(scenario, motion=True)
+    control = control_of(scenario, "native")
     layout = Layout.of(control.pipeline)
     header, signature = header_text(control, layout)
     return {HEADER: header.encode(), NUMBERS: layout.file(signature)}

@@ -108,7 +108,7 @@ def _cables(cables: list[dict[str, Any]], pose: dict[str, Any]) -> Iterator[str]
 
 
 def _winch(winch: dict[str, Any] | None) -> str:
-    """Return a winch as text: type, radius, transmission and inertia."""
+    """Return a winch as text: type, radius, transmission, inertia, and the steps of a stepper."""
     if winch is None:
         return "none"
     words = [winch["type"]]
@@ -122,6 +122,10 @@ def _winch(winch: dict[str, Any] | None) -> str:
     if winch["reeving"] != 1.0:
         words.append(f"{winch['reeving']:g} falls")
     words.append("ideal" if winch["inertia_kg_m2"] is None else f"{winch['inertia_kg_m2']:g} kg m^2 at the drum")
+    if "microsteps" in winch:
+        words.append(f"{winch['steps_per_turn']:g} steps per turn, {winch['microsteps']:g} microsteps")
+        torque = winch["stall_torque_N_m"]
+        words.append("stall torque unknown" if torque is None else f"stall torque {torque:g} N m")
     return ", ".join(words)
 
 
