@@ -46,6 +46,10 @@ T = TypeVar("T")
 STARTED = FmuFile, PeerOptions
 
 
+class StepTooLongError(CdprError):
+    """Reason why a physics step is too long for cables and winches."""
+
+
 @dataclass(frozen=True)
 class Prepared:
     """Parts of a loop without its plant."""
@@ -311,12 +315,12 @@ def check_cables(scenario: Scenario, backend: Registered) -> None:
     if not stable(scheme(step)):
         limit = longest(scheme, step)
         if not limit:
-            raise CdprError(
+            raise StepTooLongError(
                 f"no simulation.physics_step above 1e-9 s is stable for these cables and winches, on backend "
                 f"'{backend.info.name}': expected larger values of inertia, drum_radius and coulomb_speed of the "
                 "winches and friction_speed of the pulleys, or lower stiffness, damping, friction and gains"
             )
-        raise CdprError(
+        raise StepTooLongError(
             f"simulation.physics_step {step:g} s is too long for these cables and winches, and backend "
             f"'{backend.info.name}' would diverge: at the initial pose they swing with up to {about.fastest:.4g} rad/s "
             f"(step * omega = {step * about.fastest:.3g}), and damping, friction and gains require short steps, too; "

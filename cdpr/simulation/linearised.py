@@ -117,27 +117,35 @@ def decay_rate(scenario: Scenario, pose: Array) -> float:
     return -math.log(max(largest, np.finfo(float).tiny)) / found.period
 
 
+def unknown_part(scenario: Scenario) -> str:
+    """Return the reason why a kind of part of a scenario has no linearisation at any pose; "" if there is none."""
+    name = scenario.simulation.backend
+    if scenario.actuators is not None:
+        return "the states of actuator FMUs are not known"
+    if isinstance(scenario.controller_options, STARTED):
+        return f"the states of the controller '{scenario.controller.type}' are not known"
+    if _scheme(scenario) not in (RK4, EULER) or isinstance(scenario.backend_options(name), STARTED):
+        return f"the plant of the backend '{name}' is not known"
+    if scenario.world.contact:
+        return "contacts are not linear"
+    if has_steppers(scenario.robot):
+        return "steppers move in whole steps; winch.type: position is their limit of small steps"
+    return ""
+
+
+def _scheme(scenario: Scenario) -> object:
+    chosen = chosen_plugins(scenario)["backend"]
+    return chosen.properties(scenario.backend_options(scenario.simulation.backend)).get("scheme", RK4)  # type: ignore[arg-type]
+
+
 def _held(scenario: Scenario, pose: Array) -> Scenario:
     """Return the scenario at rest at a pose, on the reference."""
-    if scenario.actuators is not None:
-        raise NotLinearisedError("the states of actuator FMUs are not known")
-    if isinstance(scenario.controller_options, STARTED):
-        raise NotLinearisedError(f"the states of the controller '{scenario.controller.type}' are not known")
-    name = scenario.simulation.backend
-    chosen = chosen_plugins(scenario)["backend"]
-    declared = chosen.properties(scenario.backend_options(name))  # type: ignore[arg-type]
-    scheme = declared.get("scheme", RK4)
-    if scheme not in (RK4, EULER) or isinstance(scenario.backend_options(name), STARTED):
-        raise NotLinearisedError(f"the plant of the backend '{name}' is not known")
-    if scenario.world.contact:
-        raise NotLinearisedError("contacts are not linear")
-    if reason := next((part.nonlinear for part in loop_parts(scenario) if part.nonlinear), ""):
+    nonlinear = (part.nonlinear for part in loop_parts(scenario) if part.nonlinear)
+    if reason := unknown_part(scenario) or next(nonlinear, ""):
         raise NotLinearisedError(reason)
-    if has_steppers(scenario.robot):
-        raise NotLinearisedError("steppers move in whole steps; winch.type: position is their limit of small steps")
     rest = {"position": pose[:3].tolist(), "orientation": {"quaternion": pose[3:].tolist()}}
     changes: dict[str, Any] = {"trajectory": {"type": "hold"}, "initial": rest, "simulation.backend": "reference"}
-    changes["backend_options"] = {"reference": {"scheme": scheme}}
+    changes["backend_options"] = {"reference": {"scheme": _scheme(scenario)}}
     if scenario.events:
         changes["events"] = []
     return scenario.with_changes(changes)

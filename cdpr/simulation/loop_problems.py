@@ -12,9 +12,11 @@ from cdpr.base.errors import CdprError
 from cdpr.base.problems import Path
 from cdpr.model.robot import Array
 from cdpr.scenario import Scenario
+from cdpr.simulation.build import StepTooLongError
 from cdpr.simulation.linearised import linearise
 from cdpr.simulation.poles import STABLE, UNDAMPED, UNDECIDED, UNSTABLE, pole_text, poles, sampling, verdict
 
+NOT_COMPUTED = "not computed: "  # begin of a reason why there is no verdict
 HALVINGS = 6  # of a bandwidth, in trials of remedies
 GROWN = math.log(10.0)
 
@@ -35,7 +37,10 @@ def loop_problems(scenario: Scenario) -> tuple[str, list[tuple[Path, str]]]:
         try:
             loop = linearise(scenario, pose)
         except CdprError as error:
-            return f"not computed: {error}", list(found.items())
+            reason = str(error).replace("at the initial pose", f"at the {where}")  # at which the loop was built
+            if isinstance(error, StepTooLongError):  # only at this pose, or the scenario is rejected
+                found["simulation", "physics_step"] = reason.removeprefix("simulation.physics_step ")
+            return f"{NOT_COMPUTED}{reason}", list(found.items())
         here = verdict(loop)
         known = max(known, here, key=WORSE.index)
         worst = poles(loop)[0] if len(loop.A) else None

@@ -179,3 +179,11 @@ def test_an_empty_drum_is_named():
     found = list(faults(scenario.with_changes({"initial.position": end.tolist(), "trajectory": {"type": "hold"}})))
     assert [fault.path for fault in found] == [("robot", "winch")]
     assert re.match(r"cable 'cable_1': its drum is empty at a length of", str(found[0].error))
+
+
+def test_a_step_that_is_too_long_only_at_the_end_is_a_warning():
+    lossy = {"robot.winch.efficiency": 0.8, "robot.winch.coulomb_speed": 1.0}
+    scenario = cdpr.load_scenario(WINCH, overrides=lossy)
+    assert not list(faults(scenario))
+    text = dict(loop_problems(scenario)[1])["simulation", "physics_step"]
+    assert re.match(r"0\.001 s is too long for these cables and winches, .* at the end of the motion they swing", text)

@@ -73,14 +73,19 @@ def _facts(file: str, changes: tuple[str, ...], *, strict: bool) -> tuple[dict[s
     if isinstance(loaded, Scenario):
         judged(warnings, strict=strict)
         _require_buildable(loaded)
-        from cdpr.simulation.loop_problems import loop_problems
+        from cdpr.simulation.linearised import unknown_part
+        from cdpr.simulation.loop_problems import NOT_COMPUTED, loop_problems
 
         loop["closed_loop"], found = loop_problems(loaded)
+        reason = loop["closed_loop"].removeprefix(NOT_COMPUTED)
+        reported = any(reason.endswith(text) for _, text in found)
+        if reason != loop["closed_loop"] and not reported and not unknown_part(loaded):
+            notes.append(f"{click.format_filename(file)}: note: poles of the closed loop {loop['closed_loop']}")
         warnings += [Problem(loaded.mark(*path), path, text) for path, text in found]
     warned = judged(warnings, strict=strict)
     rows = [warning.as_dict() for warning in warnings]
     facts = {"notes": notes, "warnings": rows}
-    reported = {warning["key"] for warning in rows}
+    keys = {warning["key"] for warning in rows}
     if not isinstance(loaded, Scenario):
         return {"kind": "robot", "name": robot.name, "cables": robot.m, **facts}, warned
     row = {
@@ -89,7 +94,7 @@ def _facts(file: str, changes: tuple[str, ...], *, strict: bool) -> tuple[dict[s
         "cables": loaded.robot.m,
         "duration": loaded.simulation.duration,
         **({"believed": loaded.nominal_differences} if loaded.nominal_differences else {}),
-        "unused": [key for key in loaded.unused if key not in reported],
+        "unused": [key for key in loaded.unused if key not in keys],
         **loop,
         **facts,
     }

@@ -89,6 +89,27 @@ def test_set(folder):
     assert result.stderr.startswith("--set platform.mass=-1: platform.mass: must be greater than 0")
 
 
+def test_poles_that_are_not_computed_are_a_note(folder):
+    reason = "800 commands wait in the drives: expected at most 64"
+    result = run(validate, "--set", "drives.delay=0.1", "scenarios/caroca.yaml")
+    assert result.exit_code == 0
+    assert result.stderr == f"scenarios/caroca.yaml: note: poles of the closed loop not computed: {reason}\n"
+    result = run(validate, "--strict", "--json", "--set", "drives.delay=0.1", "scenarios/caroca.yaml")
+    assert result.exit_code == 0  # no warning
+    (row,) = json.loads(result.stdout)
+    assert row["closed_loop"] == f"not computed: {reason}"
+    assert [note.partition("note: ")[2] for note in row["notes"]] == [
+        f"poles of the closed loop not computed: {reason}"
+    ]
+
+
+@pytest.mark.parametrize("name", ["remote_controller", "remote_plant", "winch_fmu"])
+def test_parts_without_known_poles_are_no_note(name):
+    (row,) = json.loads(run(validate, "--json", str(SCENARIOS / f"{name}.yaml")).stdout)
+    assert row["closed_loop"].startswith("not computed: ")
+    assert not any("poles" in note for note in row["notes"])
+
+
 def test_a_missing_plugin_alone_has_its_own_code(folder):
     arguments = ["scenarios/caroca.yaml", "--set", "simulation.backend=bullet_train"]
     assert run(validate, *arguments).exit_code == 3
