@@ -267,7 +267,6 @@ def test_wrong_arguments_of_verbs(verb, tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
-@pytest.mark.slow
 def test_studies_and_designs_of_objects(tmp_path):
     one = scenario(name="mine")
     masses = {"scenario": one, "axes": [{"key": "robot.platform.mass", "values": [10.0, 12.0]}]}
