@@ -15,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from cdpr.base.defaults import BACKEND
 from cdpr.base.errors import CdprError, one_line
 from cdpr.cables import has_steppers
 from cdpr.log.blocks import BLOCK
@@ -144,8 +145,8 @@ def _held(scenario: Scenario, pose: Array) -> Scenario:
     if reason := unknown_part(scenario) or next(nonlinear, ""):
         raise NotLinearisedError(reason)
     rest = {"position": pose[:3].tolist(), "orientation": {"quaternion": pose[3:].tolist()}}
-    changes: dict[str, Any] = {"trajectory": {"type": "hold"}, "initial": rest, "simulation.backend": "reference"}
-    changes["backend_options"] = {"reference": {"scheme": _scheme(scenario)}}
+    changes: dict[str, Any] = {"trajectory": {"type": "hold"}, "initial": rest, "simulation.backend": BACKEND}
+    changes["backend_options"] = {BACKEND: {"scheme": _scheme(scenario)}}
     if scenario.events:
         changes["events"] = []
     return scenario.with_changes(changes)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from cdpr.cables import MODELS
+from cdpr.cables import ACTUATED, MODELS
 from cdpr.cables.tables import line_table
 from cdpr.mechanics.cable_geometry import cable_geometry
 from cdpr.mechanics.energy import energy
@@ -45,7 +45,7 @@ def winched(model: str) -> Robot:
 
 def drives(winch: Winch) -> Robot:
     """Return the free robot on elastic cables with these winches."""
-    robot = winched("elastic")
+    robot = winched(ACTUATED)
     return replace(robot, cables=tuple(replace(cable, winch=winch) for cable in robot.cables))
 
 

@@ -90,9 +90,9 @@ def test_sanitizers_find_nothing(case, fmi, sanitized, tmp_path):
         (
             "mixed",
             [
-                ("chains memory 216", "chains memory 151"),
+                ("chains memory 264", "chains memory 151"),
                 ("chains memory", "chain memory"),
-                ("chains memory 216 3ff", "chains memory 216 7ff"),
+                ("chains memory 264 3ff", "chains memory 264 7ff"),
             ],
         ),
         ("mixed", [("\n18 3 0 0 ", "\n18 99999 0 0 "), ("lines memory", "lines memory 9")]),

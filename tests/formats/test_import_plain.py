@@ -41,7 +41,9 @@ def test_the_numbers_of_cdpyr(tmp_path, name):
     assert robot.name == "Sample_3R3T_robot"
     assert robot.dof == ("x", "y", "z", "rx", "ry", "rz")
     np.testing.assert_array_equal([cable.frame for cable in robot.cables], FRAME)
-    np.testing.assert_array_equal([cable.platform for cable in robot.cables], PLATFORM[::-1])  # as the chains say
+    np.testing.assert_array_equal(
+        [cable.platform for cable in robot.cables], PLATFORM[::-1]
+    )  # in the order of the chains
     assert robot.platform.mass == 5.0
     np.testing.assert_array_equal(robot.platform.inertia, [[0.3, 0.01, 0], [0.01, 0.4, 0], [0, 0, 0.5]])
     assert robot.platform.center_of_mass.tolist() == [0, 0, 0.02]

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from cdpr.analysis.distribution.survey import Survey, survey
-from cdpr.cables import bends, rubs
+from cdpr.cables import WINCH_TYPES, bends, rubs
 from cdpr.cables.drum import INERTIA, RADIUS
 from cdpr.cables.stepper import MICROSTEPS, STALL_TORQUE, STEPS_PER_TURN
 from cdpr.cables.transmission import EFFICIENCY, GEAR_RATIO, GROWTH, REEVING
@@ -94,7 +94,7 @@ def winch_figures(cable: Cable) -> dict[str, Any] | None:
     """
     if cable.winch is None:
         return None
-    known = WINCH | STEPPER if cable.winch.type == "stepper" else WINCH
+    known = WINCH | STEPPER if STALL_TORQUE in WINCH_TYPES[cable.winch.type][0].numbers else WINCH
     numbers = {key: number.of(cable, math.nan) for key, number in known.items()}
     return {
         "type": cable.winch.type,

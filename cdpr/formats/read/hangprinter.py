@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from cdpr.base.problems import Path as Key
+from cdpr.cables import ACTUATED
 from cdpr.formats.read.imported import Imported
 
 MM = 1e-3  # m
@@ -81,7 +82,7 @@ def complete(found: Imported, printer: Printer, file: str, given: tuple[float, f
         "platform": {"mass": mass},
         "tension": _tension(found, printer, given),
         "home": {"position": [0.0, 0.0, 0.0]},
-        "cable": {"model": "elastic", "axial_stiffness": stiffness, "damping": DAMPING},
+        "cable": {"model": ACTUATED, "axial_stiffness": stiffness, "damping": DAMPING},
     }
     assumed = [
         text

@@ -12,6 +12,7 @@ from cdpr.formats.read.mjcf_body import SITE, Body, tidy
 from cdpr.formats.read.mjcf_servos import Driven, Servo, driven, servo_of
 from cdpr.formats.read.mjcf_text import Lines
 from cdpr.formats.read.xml import Element
+from cdpr.model.robot import COMMANDED
 
 REMEDY = '<motor tendon="..." gear="-1" ctrllimited="true" ctrlrange="MIN MAX"/> makes its control the tension, N'
 SAME = 1e-12  # relative difference of round-off
@@ -91,7 +92,7 @@ class Cables:
             self.sections["winch"] = found.winches[0]
         else:
             for row, winch in zip(self.rows, found.winches, strict=True):
-                row |= {"model": "ideal"} if winch is None else {"winch": winch}
+                row |= {"model": COMMANDED} if winch is None else {"winch": winch}
         self.comments["cable", "axial_stiffness"] = self.comments["cable", "damping"] = "assumed"
         self.comments["winch",] = "gains of the servos, kp and kv times gear^2, about a drum of 1 m"
         for why, these in (

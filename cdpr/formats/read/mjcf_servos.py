@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from cdpr.cables import servo
+from cdpr.cables import ACTUATED, servo
 
 RADIUS = 1.0  # m
 SHARE = 0.02  # assumed mass of a winch, moved along the cable, per mass of the platform
@@ -135,7 +135,7 @@ def driven(model: Any, tendons: Sequence[int], servos: dict[int, Servo], high: S
             | ({"speed_max": servo.speed_max} if 0.0 < servo.speed_max < math.inf else {})
             | {"torque_max": most * RADIUS}
         )
-    cable = {"model": "elastic", "axial_stiffness": _rounded(stiffness), "damping": _rounded(damping)}
+    cable = {"model": ACTUATED, "axial_stiffness": _rounded(stiffness), "damping": _rounded(damping)}
     text = (
         f"assumed, as MuJoCo's tendons do not stretch and have no drum: axial_stiffness {cable['axial_stiffness']:g} N "
         f"and damping {cable['damping']:g} N s/m of the cables"

@@ -256,7 +256,7 @@ def test_turns_of_several_duties_are_from_the_shortest_to_the_longest_of_all():
 
 
 def test_controllers_of_winches_have_other_tensions():
-    """Tensions of a solver, although the controller commands lengths: `size` and `info` say so."""
+    """A note of `size` and `info`: their tensions are those of a solver, although the controller commands lengths."""
     said = []
     cdpr.size("camera_robot", overrides=SHORT, say=said.append)
     note = "those of the solver qp; controller 'inverse_kinematics' commands the winches without a solver, so a run has"
