@@ -39,28 +39,23 @@ def _rising(rows: list[tuple[float, float]]) -> list[tuple[float, float]]:
 
 Curve = Annotated[list[tuple[Positive, Positive]], Field(min_length=1, max_length=POINTS), AfterValidator(_rising)]
 
-STRAINS = tuple(
-    Number(
-        f"cable.strain_{k}",
-        Positive if k == 1 else NonNegative,
-        "",
-        f"curve of tension over strain, strain at point {k}" + ("" if k == 1 else ", 0 without such a point"),
-        None if k == 1 else 0.0,
-        table=TABLE,
+
+def _numbers_of(quantity: str, unit: str) -> tuple[Number, ...]:
+    """Return the numbers of a quantity at each point; the first is required."""
+    return tuple(
+        Number(
+            f"cable.{quantity}_{k}",
+            Positive if k == 1 else NonNegative,
+            unit,
+            f"curve of tension over strain, {quantity} at point {k}" + ("" if k == 1 else ", 0 without such a point"),
+            None if k == 1 else 0.0,
+            table=TABLE,
+        )
+        for k in range(1, POINTS + 1)
     )
-    for k in range(1, POINTS + 1)
-)
-TENSIONS = tuple(
-    Number(
-        f"cable.tension_{k}",
-        Positive if k == 1 else NonNegative,
-        "N",
-        f"curve of tension over strain, tension at point {k}" + ("" if k == 1 else ", 0 without such a point"),
-        None if k == 1 else 0.0,
-        table=TABLE,
-    )
-    for k in range(1, POINTS + 1)
-)
+
+
+STRAINS, TENSIONS = _numbers_of("strain", ""), _numbers_of("tension", "N")
 
 
 class Tabulated(Span):
