@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
-from scipy.optimize import fsolve
+from scipy.optimize import brentq
 from scipy.spatial.transform import Rotation
 
 import cdpr
 from cdpr.cables.pulley import Pulley
 
 G = 9.81
+SOLVED = 1e-12  # of the chord: what round-off leaves of Irvine's equations
 DOFS = (("x", "y", "z"), ("x", "z"), ("x", "y", "z", "rx", "ry", "rz"), ("x", "z", "ry"), ("z",))
 
 
@@ -33,32 +36,40 @@ def random_sagging(seed, pulleys=False):
 
 
 def irvine(H, V0, L, w, EA):
-    """Distances of the ends, across and up, of a cable with unstretched length L; Irvine (1981), section 1.4."""
+    """Distances of the ends, across and up, of a cable with unstretched length L; Irvine (1981), section 1.4.
+
+    Differences of nearly equal numbers, which a taut light cable has, are written as quotients.
+    """
     V1 = V0 + w * L
-    across = H * L / EA + H / w * (np.arcsinh(V1 / H) - np.arcsinh(V0 / H))
-    return across, 0.5 * (V0 + V1) * L / EA + (np.hypot(H, V1) - np.hypot(H, V0)) / w
+    T0, T1 = math.hypot(H, V0), math.hypot(H, V1)
+    if V0 * V1 > 0.0:
+        angle = math.asinh(w * L * (V0 + V1) / (V0 * T1 + V1 * T0))
+    else:
+        angle = math.asinh(V1 / H) - math.asinh(V0 / H)
+    return H * L / EA + H / w * angle, 0.5 * (V0 + V1) * L / EA + L * (V0 + V1) / (T0 + T1)
+
+
+def bracketed(level, z, L, w, EA):
+    """Horizontal force and lower vertical force, N; both distances grow with their own force, so brackets hold them."""
+    most = 10.0 * (EA * math.hypot(level, z) / L + w * L)
+
+    def lower(H):
+        return brentq(lambda V0: irvine(H, V0, L, w, EA)[1] - z, -most, most, xtol=1e-300, rtol=1e-15)
+
+    def beyond(logarithm):
+        H = math.exp(logarithm)
+        return irvine(H, lower(H), L, w, EA)[0] - level
+
+    H = math.exp(brentq(beyond, math.log(1e-12 * w * L), math.log(most), xtol=1e-15, rtol=1e-15))
+    return H, lower(H)
 
 
 def end_force(chord, L, w, EA):
     """Force (3,) on the platform of a cable between two points."""
     level, z = float(np.hypot(chord[0], chord[1])), float(chord[2])
-    size = np.hypot(level, z)
-    taut = max(EA * (size / L - 1.0), 0.5 * w * L * level / size, 1e-3 * w * L)
-
-    def miss(x):
-        across, up = irvine(np.exp(x[0]), x[1], L, w, EA)
-        return [(across - level) / size, (up - z) / size]
-
-    best = None
-    for factor in (1.0, 0.3, 3.0, 0.05, 0.01):
-        first = [np.log(max(factor * taut * level / size, 1e-9)), factor * taut * z / size - 0.5 * w * L]
-        x, _, _, _ = fsolve(miss, first, xtol=1e-14, full_output=True)
-        error = float(np.hypot(*miss(x)))
-        if best is None or error < best[0]:
-            best = error, x
-        if error < 1e-13:
-            break
-    H, V0 = np.exp(best[1][0]), best[1][1]
+    H, V0 = bracketed(level, z, L, w, EA)
+    across, up = irvine(H, V0, L, w, EA)
+    assert np.hypot(across - level, up - z) < SOLVED * np.hypot(level, z)
     return np.array([*(H * chord[:2] / level), V0])
 
 

@@ -205,7 +205,8 @@ def test_a_safety_that_makes_no_sense(foreseen, safety):
 def test_the_command(tmp_path):
     page = tmp_path / "sub" / "size.html"
     told = cli("size", "scenarios/winch.yaml", "--safety", "6", "--out", str(page))
-    assert "drum" in told.stdout and "motor" in told.stdout
+    assert "drum" in told.stdout
+    assert "motor" in told.stdout
     assert str(page) in told.stdout
     text = page.read_text()
     assert "Breaking load 6 times" in text
