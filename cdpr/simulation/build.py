@@ -301,14 +301,14 @@ def check_cables(scenario: Scenario, backend: Registered) -> None:
                 f"backend '{backend.info.name}' does not support {key} {model}: choose another backend, or "
                 f"set {key} to {COMMANDED}"
             )
-    from cdpr.mechanics.stability import known_drums, longest, oscillator, shortest_lag, stable
+    from cdpr.mechanics.stability import supports_oscillator, longest, oscillator, shortest_lag, stable
 
     if step > 2.0 * (lag := shortest_lag(robot)):
         raise CdprError(
             f"simulation.physics_step {step:g} s is too long for a winch with the torque_lag {lag:g} s: expected at "
             "most twice the lag; set torque_lag: 0, or a shorter step"
         )
-    if not known_drums(robot) or _empty_drum(scenario):
+    if not supports_oscillator(robot) or _empty_drum(scenario):
         return
     about = oscillator(robot, scenario.initial.state(), scenario.gravity)
     scheme = about.runge_kutta if declared.get("scheme") == "rk4" else about.semi_implicit

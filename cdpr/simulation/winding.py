@@ -53,7 +53,8 @@ class Winding:
         takes = command_kinds(parts.robot)
         drives = {"takes": takes, "unwound": unwound, "command": self.command, "drive": self.drive}
         self._given = {**cables, **drives, "period": parts.control_step}
-        readings = parts.backend.winch_readings(unwound, view("unstretched_rate"), view("motor_torque"))
+        torque = view("motor_torque") if present.layout.has("motors") else np.empty(parts.robot.m)
+        readings = parts.backend.winch_readings(unwound, view("unstretched_rate"), torque)
         self._reading = [Operation("backend", do) for do in readings]
         wind = bind("wind_commands", **self._given, tension=present.live.tension)
         self._wind = Operation("distribution", wind, telling=True)
