@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 # reach a thousandth at usual steps, and significant damping or mass errors exceed it.
 BALANCED = 0.01
 
-# Round-off of the energy at rest, as a share of the work of the largest true tension along the characteristic length: about
-# 2e-6 J for the example robots, scaled with size and force.
+# Round-off of the energy at rest, as a share of the work of the largest true tension along the characteristic length:
+# about 2e-6 J for the example robots, scaled with size and force.
 AT_REST = 1e-8
 
 UNKNOWN = "unknown_works"  # figure with the names of the sources of unknown work
