@@ -23,7 +23,7 @@ from cdpr.link.options import PeerOptions
 from cdpr.mechanics.anchors import Anchors
 from cdpr.model import Robot
 from cdpr.plugins import Backend, Controller, Environment, TensionSolver
-from cdpr.plugins.controller import OUTPUTS, Output, stage_of_output
+from cdpr.plugins.controller import OUTPUTS, Output, listed, stage_of_output
 from cdpr.plugins.registry import Registered, Role
 from cdpr.scenario import Scenario
 from cdpr.scenario.needs import lacking, missing
@@ -268,10 +268,9 @@ def output_of(entry: Registered, controller: Controller, commands: Sequence[str]
         )
     stage = stage_of_output(declared, commands)
     if stage is None:
-        taken = " or ".join(f"a {each}" for each in dict.fromkeys(commands))
         raise PluginError(
-            f"controller '{name}' outputs a {declared} for each cable, but the winches of this robot take {taken}: "
-            "choose a controller with output wrench or tension, or change robot.winch.type"
+            f"controller '{name}' outputs a {declared} for each cable, but the winches of this robot take "
+            f"{listed(commands)}: choose a controller with output wrench or tension, or change robot.winch.type"
         )
     period_of(controller)
     return stage

@@ -54,7 +54,8 @@ struct Drives {
     double* command;        // (m), N, m or m/s, of the winches
     double* drive;          // (m), the same for their kernels
     double period;          // s, of control
-    static constexpr auto fields = extended(NominalCables::fields, "takes(m), unwound(m), command(m), drive(m), period");
+    static constexpr auto fields =
+        extended(NominalCables::fields, "takes(m), unwound(m), command(m), drive(m), period");
 
     bool started(int64_t i) const { return unwound[i] == unwound[i]; }
 

@@ -2,7 +2,8 @@
 
 JSON and YAML have the keys `anchors` and `attachments`, lists of points in m, and may have `mass`, `inertia`, `com`,
 `t_min`, `t_max`, `dof`, `home`, `name`, `n_cables` and `cable_diameter_m`. CSV has one cable per line: its anchor and,
-after it, its attachment, 0 if missing; a first column may have names or numbers. A first line with headings sets another order.
+after it, its attachment, 0 if missing; a first column may have names or numbers. A first line with headings sets
+another order.
 """
 
 from __future__ import annotations
