@@ -7,6 +7,8 @@
 
 namespace cdpr::CDPR_TARGET {
 
+constexpr double MAX_UNWOUND = 1e9;  // m, as in `cdpr.base.fields`
+
 // One cable of the nominal robot at the state that the controller sees.
 struct NominalCable {
     ChainRow<double> chain;
@@ -127,12 +129,15 @@ struct WinchCommand {
 };
 
 // Write the commands, and the tensions that the nominal robot then has at rest: commanded tensions are clipped to the
-// limits. Return as `take_command`.
+// limits. Return as `take_command`, and BAD_INPUT for a length that no cable can have.
 inline int take_winch_command(WinchCommand& p) {
     const Drives& drives = p.drives;
     const int64_t m = drives.cables.m;
-    for (int64_t i = 0; i < m; i++)
+    for (int64_t i = 0; i < m; i++) {
         if (!finite(p.given[i])) return BAD_INPUT;
+        const bool possible = p.given[i] > 0.0 && p.given[i] <= MAX_UNWOUND;
+        if (drives.takes[i] == LENGTH_COMMAND && !possible) return BAD_INPUT;
+    }
     const Limits<double> limits = {p.limits, p.limits + m, m};
     const double tolerance = LIMIT_TOLERANCE * newton(limits);
     int status = OK;
