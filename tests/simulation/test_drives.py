@@ -281,6 +281,9 @@ def test_lengths_that_no_cable_can_have_end_the_run(winch):
 
 def test_a_resolution_below_that_of_numbers_changes_nothing():
     finest = 5e-324  # m, the smallest number
-    fine, exact = (cdpr.simulate(camera({"type": "position"}, drives)) for drives in ({"resolution": finest}, {"resolution": 0.0, "delay": 0.0}))
+    fine, exact = (
+        cdpr.simulate(camera({"type": "position"}, drives))
+        for drives in ({"resolution": finest}, {"resolution": 0.0, "delay": 0.0})
+    )
     assert same_bits(fine.position, exact.position)
     assert same_bits(fine["drive_command"], fine["winch_command"])
