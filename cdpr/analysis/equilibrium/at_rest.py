@@ -147,8 +147,8 @@ def _arguments(
         unwound = np.where(turned, wound, unwound)
     for i, (cable, length, force) in enumerate(zip(robot.cables, unwound.tolist(), tension.tolist(), strict=True)):
         if length <= 0.0 or length > MAX_UNWOUND:
-            key, given = ("drum_angles", f" at {angle[i]:g} rad") if turned[i] else ("lengths", "")
-            text = f"expected an unwound length of more than 0 and at most {MAX_UNWOUND:g} m, got {length:g}{given}"
+            key, where = ("drum_angles", f" at {angle[i]:g} rad") if turned[i] else ("lengths", "")
+            text = f"expected an unwound length of more than 0 and at most {MAX_UNWOUND:g} m, got {length:g}{where}"
             raise CdprError(f"{key}: cable '{cable.name}': {text}")
         if force < 0.0 and robot.unilateral:
             raise CdprError(f"tensions: cable '{cable.name}': expected at least 0 N, got {force:g}")
