@@ -1,0 +1,19 @@
+// Sensors. SPDX-License-Identifier: Apache-2.0
+#include <cdpr/group.hpp>
+#include <cdpr/sensing/encoders.hpp>
+#include <cdpr/sensing/imu.hpp>
+#include <cdpr/sensing/measurement.hpp>
+#include <cdpr/sensing/receiver.hpp>
+
+namespace cdpr::CDPR_TARGET {
+
+static constexpr cdpr_entry entries[] = {
+    entry<Measurement, measure>("measure"),
+    entry<InertialMotion, inertial_motion>("inertial_motion"),
+    entry<PaidOut, paid_out>("paid_out"),
+    entry<PointOnPlatform, point_on_platform>("point_on_platform"),
+};
+
+extern const cdpr_group sensing = group(entries);
+
+}  // namespace cdpr::CDPR_TARGET
