@@ -8,7 +8,6 @@ from cdpr.base.problems import Path
 from cdpr.scenario.checks import Checks
 from cdpr.sensing import SENSORS, Sensor
 from cdpr.sensing.errors import AttitudeErrors
-from cdpr.sensing.sensor import ATTITUDE
 
 Multiple = Callable[[Path, float, float], None]  # reports a time that is no multiple of the control step, s
 
@@ -48,7 +47,7 @@ class SensorChecks(Checks):
     def _biases(self, i: int, sensor: Sensor, cables: int) -> None:
         for quantity in sensor.quantities[: len(sensor.quantities) - sensor.rates]:
             errors: AttitudeErrors = getattr(sensor, quantity.key)
-            count = 3 if quantity.width == ATTITUDE else quantity.values(cables)
+            count = quantity.components(cables)
             if isinstance(errors.bias, tuple) and len(errors.bias) != count:
                 text = f"expected one number, or {count} numbers, got {len(errors.bias)}"
                 self.add_problem(("sensors", i, quantity.key, "bias"), text)

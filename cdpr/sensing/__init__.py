@@ -21,7 +21,9 @@ if TYPE_CHECKING:
     from cdpr.sensing.encoders import Encoders
     from cdpr.sensing.imu import Imu
     from cdpr.sensing.pose import Pose
+    from cdpr.sensing.range import Range
     from cdpr.sensing.receiver import Receiver
+    from cdpr.sensing.scan import Scan
     from cdpr.sensing.tension import Tension
     from cdpr.sensing.twist import Twist
 
@@ -34,7 +36,9 @@ __all__ = [
     "Errors",
     "Imu",
     "Pose",
+    "Range",
     "Receiver",
+    "Scan",
     "Sensor",
     "Tension",
     "Twist",
@@ -50,6 +54,8 @@ SENSORS: Kinds[Sensor] = Kinds(
         "tension": "cdpr.sensing.tension:Tension",
         "imu": "cdpr.sensing.imu:Imu",
         "receiver": "cdpr.sensing.receiver:Receiver",
+        "range": "cdpr.sensing.range:Range",
+        "scan": "cdpr.sensing.scan:Scan",
     }
 )
 AnySensor = Annotated[Sensor, SENSORS]

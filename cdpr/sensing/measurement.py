@@ -10,7 +10,7 @@ from cdpr.base.errors import CdprError
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.native.random_numbers import Stream
-from cdpr.sensing.sensor import ATTITUDE, Sensor
+from cdpr.sensing.sensor import Sensor
 
 
 def kernel_arguments(sensor: Sensor, cables: int, step: float) -> tuple[dict[str, Any], dict[str, Array]]:
@@ -26,7 +26,7 @@ def kernel_arguments(sensor: Sensor, cables: int, step: float) -> tuple[dict[str
     """
     widths = [each.values(cables) for each in sensor.quantities]
     n, rates = sum(widths), sum(widths[len(widths) - sensor.rates :])
-    attitudes = [sum(widths[:i]) for i, each in enumerate(sensor.quantities) if each.width == ATTITUDE]
+    attitudes = [sum(widths[:i]) for i, each in enumerate(sensor.quantities) if each.attitude]
     every, delay, jitter = (round(each / step) for each in (sensor.period or step, sensor.delay, sensor.jitter))
     errors = np.array(sensor.errors(cables))
     settings = {

@@ -21,12 +21,12 @@ from cdpr.base.fields import Kind, NonNegative, unit
 from cdpr.base.needs import Needs, of_sensor
 from cdpr.model import Robot
 from cdpr.model.robot import Array
+from cdpr.model.shapes import Obstacle
 from cdpr.sensing.errors import AttitudeErrors
 from cdpr.tension.operations import Operation
 
 LONGEST = 10.0  # s: delay, jitter and period
 LONGEST_NAME = 12  # letters: its columns have names of at most 31
-ATTITUDE = 4  # values of a quaternion
 
 # Arrays of the loop that the controller uses, to which a sensor provides values.
 Used = Literal["pose", "twist", "cables", ""]
@@ -48,7 +48,7 @@ class Quantity:
 
     Attributes:
         key: key of its errors in the section of the sensor; its column is NAME_KEY.
-        width: number of values, `CABLES` for one of each cable; 4 is an attitude.
+        width: number of values, `CABLES` for one of each cable; 4 with a frame is an attitude.
         unit: SI.
         text: short description, as the beginning of a sentence.
         frame: axes, as of a `Column`.
@@ -60,9 +60,18 @@ class Quantity:
     text: str
     frame: str = ""
 
+    @property
+    def attitude(self) -> bool:
+        """True if it is an attitude quaternion, whose errors are rotations."""
+        return self.width == 4 and self.frame != ""
+
     def values(self, cables: int) -> int:
         """Return the number of its values for a robot with this number of cables."""
         return cables if self.width == CABLES else self.width
+
+    def components(self, cables: int) -> int:
+        """Return the number of its values with errors of their own."""
+        return 3 if self.attitude else self.values(cables)
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +83,7 @@ class Sources:
         state: (13,), true state, live.
         gravity: (3,), m/s^2.
         step: control period, s.
+        obstacles: obstacles of the world.
         view: function that returns the columns of the present row from one field to another, live.
         has: function that returns True if rows have a group of columns.
         read_winches: function that returns the operations which write the unwound lengths of the winches (m,), m, and
@@ -84,6 +94,7 @@ class Sources:
     state: Array
     gravity: Array
     step: float
+    obstacles: tuple[Obstacle, ...]
     view: Callable[..., Array]
     has: Callable[[str], bool]
     read_winches: Callable[[Array, Array], Sequence[Operation]]
@@ -165,5 +176,5 @@ class Sensor(Kind):
         rows: list[tuple[float, ...]] = []
         for each in self.quantities[: len(self.quantities) - self.rates]:
             own: AttitudeErrors = getattr(self, each.key)
-            rows += own.rows(3 if each.width == ATTITUDE else each.values(cables))
+            rows += own.rows(each.components(cables))
         return rows

@@ -9,6 +9,7 @@ import numpy as np
 from cdpr.base.columns import Column
 from cdpr.base.needs import of_sensor
 from cdpr.model.robot import Array
+from cdpr.model.shapes import Obstacle
 from cdpr.native.bind import bind
 from cdpr.native.random_numbers import Stream
 from cdpr.scenario import Scenario
@@ -24,7 +25,7 @@ SEEN: Mapping[Used, slice] = {"pose": slice(0, 7), "twist": slice(7, 13)}
 def sensors_of(scenario: Scenario) -> LoopPart | None:
     """Return the part of the loop with the sensors of a scenario; None if it has none."""
     sensors = scenario.sections.sensors
-    return Sensors(sensors, scenario.simulation.seed) if sensors else None
+    return Sensors(sensors, scenario.simulation.seed, scenario.obstacles) if sensors else None
 
 
 class Sensors(LoopPart):
@@ -35,13 +36,14 @@ class Sensors(LoopPart):
     Args:
         sensors: sensors of the scenario, with unique names.
         seed: seed of the simulation.
+        obstacles: obstacles of the world.
     """
 
     name = "sensors"
     needs = of_sensor()
 
-    def __init__(self, sensors: Sequence[Sensor], seed: int) -> None:
-        self._sensors = sensors
+    def __init__(self, sensors: Sequence[Sensor], seed: int, obstacles: tuple[Obstacle, ...] = ()) -> None:
+        self._sensors, self._obstacles = sensors, obstacles
         self.columns: tuple[Column, ...] = tuple(column for sensor in sensors for column in sensor.columns)
         self.streams = tuple(Stream(seed, f"sensors.{sensor.title}") for sensor in sensors)
         self._used: dict[Used, Sensor] = {}
@@ -65,7 +67,7 @@ class Sensors(LoopPart):
                 return []
             return [Operation("backend", do) for do in backend.winch_readings(unwound, unwinding, torque)]
 
-        about = surroundings.step, surroundings.view, surroundings.has, read_winches
+        about = surroundings.step, self._obstacles, surroundings.view, surroundings.has, read_winches
         sources = Sources(surroundings.robot, surroundings.state, backend.gravity, *about)
         self._operations: list[Operation] = []
         self.arrays = (torque,)

@@ -3,6 +3,7 @@
 #include <cdpr/sensing/encoders.hpp>
 #include <cdpr/sensing/imu.hpp>
 #include <cdpr/sensing/measurement.hpp>
+#include <cdpr/sensing/rays.hpp>
 #include <cdpr/sensing/receiver.hpp>
 
 namespace cdpr::CDPR_TARGET {
@@ -12,6 +13,7 @@ static constexpr cdpr_entry entries[] = {
     entry<InertialMotion, inertial_motion>("inertial_motion"),
     entry<PaidOut, paid_out>("paid_out"),
     entry<PointOnPlatform, point_on_platform>("point_on_platform"),
+    entry<Rays, cast_rays>("cast_rays"),
 };
 
 extern const cdpr_group sensing = group(entries);
