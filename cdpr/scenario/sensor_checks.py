@@ -46,7 +46,7 @@ class SensorChecks(Checks):
 
     def _biases(self, i: int, sensor: Sensor, cables: int) -> None:
         for quantity in sensor.quantities[: len(sensor.quantities) - sensor.rates]:
-            errors: AttitudeErrors = getattr(sensor, quantity.key)
+            errors: AttitudeErrors = getattr(sensor, quantity.key, AttitudeErrors())
             count = quantity.components(cables)
             if isinstance(errors.bias, tuple) and len(errors.bias) != count:
                 text = f"expected one number, or {count} numbers, got {len(errors.bias)}"

@@ -20,6 +20,7 @@ from cdpr.sensing.sensor import Sensor
 if TYPE_CHECKING:
     from cdpr.sensing.encoders import Encoders
     from cdpr.sensing.imu import Imu
+    from cdpr.sensing.markers import Markers
     from cdpr.sensing.pose import Pose
     from cdpr.sensing.range import Range
     from cdpr.sensing.receiver import Receiver
@@ -35,6 +36,7 @@ __all__ = [
     "Encoders",
     "Errors",
     "Imu",
+    "Markers",
     "Pose",
     "Range",
     "Receiver",
@@ -56,6 +58,7 @@ SENSORS: Kinds[Sensor] = Kinds(
         "receiver": "cdpr.sensing.receiver:Receiver",
         "range": "cdpr.sensing.range:Range",
         "scan": "cdpr.sensing.scan:Scan",
+        "markers": "cdpr.sensing.markers:Markers",
     }
 )
 AnySensor = Annotated[Sensor, SENSORS]

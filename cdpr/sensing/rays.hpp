@@ -57,6 +57,7 @@ inline double along_ray(Solid solid, Vector<double> x, Vector<double> d) {
         part.clip_between(a.z, b.z, size.z);
     } else {
         const Hull hull = solid.hull();
+        if (!hull.whole()) return INFINITE;
         for (int64_t k = 0; k < hull.faces(); k++) {
             const double* const face = hull.face(k);
             part.clip(dot(vector(face), a) - face[Hull::HEIGHT], dot(vector(face), b));
@@ -88,7 +89,6 @@ inline int cast_rays(Rays& p) {
         double nearest = p.reach;
         for (int64_t j = 0; j < p.s; j++) {
             const Solid solid = {p.solids + p.w * j, p.w};
-            if (solid.is(Solid::HULL) && !solid.hull().whole()) return 1;
             nearest = smaller(nearest, along_ray(solid, start, d));
         }
         p.distances[i] = nearest;

@@ -1,4 +1,4 @@
-"""Distances along rays to obstacles: closed forms for boxes, spheres, cylinders and convex hulls, equal on all engines."""
+"""Distances along rays to obstacles, in closed forms for boxes, spheres, cylinders and convex hulls."""
 
 from __future__ import annotations
 

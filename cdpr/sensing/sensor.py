@@ -175,6 +175,6 @@ class Sensor(Kind):
         """Return gain, bias, noise, drift and resolution of each component (k, 5); an attitude has three."""
         rows: list[tuple[float, ...]] = []
         for each in self.quantities[: len(self.quantities) - self.rates]:
-            own: AttitudeErrors = getattr(self, each.key)
+            own: AttitudeErrors = getattr(self, each.key, AttitudeErrors())  # such as a flag, which has no errors
             rows += own.rows(each.components(cables))
         return rows

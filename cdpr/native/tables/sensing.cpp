@@ -2,6 +2,7 @@
 #include <cdpr/group.hpp>
 #include <cdpr/sensing/encoders.hpp>
 #include <cdpr/sensing/imu.hpp>
+#include <cdpr/sensing/markers.hpp>
 #include <cdpr/sensing/measurement.hpp>
 #include <cdpr/sensing/rays.hpp>
 #include <cdpr/sensing/receiver.hpp>
@@ -9,6 +10,7 @@
 namespace cdpr::CDPR_TARGET {
 
 static constexpr cdpr_entry entries[] = {
+    entry<Markers, project_markers>("project_markers"),
     entry<Measurement, measure>("measure"),
     entry<InertialMotion, inertial_motion>("inertial_motion"),
     entry<PaidOut, paid_out>("paid_out"),
