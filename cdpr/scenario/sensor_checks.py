@@ -28,7 +28,10 @@ class SensorChecks(Checks):
         used: dict[str, int] = {}
         for i, data in enumerate(given if isinstance(given, list) else ()):
             kind = data.get("type") if isinstance(data, dict) else None
-            sensor = self.section(SENSORS[kind], ("sensors", i)) if isinstance(kind, str) and kind in SENSORS else None
+            if not isinstance(kind, str) or kind not in SENSORS:
+                continue
+            used.setdefault(SENSORS[kind].used, i)
+            sensor = self.section(SENSORS[kind], ("sensors", i))
             if sensor is None:
                 continue
             if (first := titles.setdefault(sensor.title, i)) != i:
@@ -38,7 +41,6 @@ class SensorChecks(Checks):
                 if value := getattr(sensor, key):
                     multiple(("sensors", i, key), value, control_step)
             self._biases(i, sensor, cables)
-            used.setdefault(sensor.used, i)
         for one, other in ("pose", "twist"), ("twist", "pose"):
             if one in used and other not in used:
                 text = f"the controller uses this {one}, and needs a {other}, too: add a sensor of the type {other}"

@@ -129,8 +129,8 @@ class Sensor(Kind):
     rates: ClassVar[int] = 0
     used: ClassVar[Used] = ""
 
-    name: Annotated[str, AfterValidator(_short)] = Field(
-        "", description="name, unique among the sensors, with which its columns begin; default: its type"
+    name: Annotated[str, AfterValidator(_short)] | None = Field(
+        None, description="name, unique among the sensors, with which its columns begin; default: its type"
     )
     period: Time = Field(
         0.0,
