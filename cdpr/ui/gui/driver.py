@@ -16,7 +16,6 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from cdpr.base.errors import CdprError, PlantEnded, one_line
 from cdpr.base.redirect_output import redirect_output
-from cdpr.cables import bends
 from cdpr.simulation.clock import next_portion
 from cdpr.simulation.driver import NOT_SIMULATED, Driver
 from cdpr.simulation.requests import Level, Reply, Request, unknown
@@ -150,7 +149,6 @@ class WindowDriver(Driver):
 
     def _begin(self, scenario: Scenario) -> None:
         """Build a new simulation; if that fails, report it as a status and keep the last scene."""
-        from cdpr.mechanics.sag import DRAWN
         from cdpr.ui.gui.session import SimulationSession
 
         self._scenario = scenario
@@ -164,8 +162,6 @@ class WindowDriver(Driver):
         self.attach(self._session.simulation)
         self.most = FIRST_PORTION
         self._go_to("ready", "")
-        if bends(scenario.robot):
-            self._to_all("info", DRAWN)
         self._publish(everything=True)
 
     def perform(self, request: Request) -> object:
