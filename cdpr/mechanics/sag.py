@@ -14,8 +14,8 @@ from cdpr.native.bind import bind
 
 # Quantities with and without sag, for output and documentation.
 CHORD = (
-    "equilibria, stiffness, frequencies and the clearances of runs include it; static tensions, capacities, dexterity, "
-    "sizing, forward kinematics and clearances without a run use the chords, without weight"
+    "equilibria, stiffness, frequencies, and clearances of runs, poses and motions include it; static tensions, "
+    "capacities, dexterity, sizing, forward kinematics and clearances of workspaces use the chords, without weight"
 )
 STRAIGHT = "Cables that sag are drawn as straight lines, because their lengths are unknown."
 SIZED = "cables sag: lengths are those of the chords, and tensions that are not of a run leave out the cables' weight"

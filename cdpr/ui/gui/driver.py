@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from cdpr.base.errors import CdprError, PlantEnded, one_line
 from cdpr.base.redirect_output import redirect_output
+from cdpr.cables import bends
 from cdpr.simulation.clock import next_portion
 from cdpr.simulation.driver import NOT_SIMULATED, Driver
 from cdpr.simulation.requests import Level, Reply, Request, unknown
@@ -162,6 +163,8 @@ class WindowDriver(Driver):
         self.attach(self._session.simulation)
         self.most = FIRST_PORTION
         self._go_to("ready", "")
+        if bends(scenario.robot):
+            self._to_all("info", "Until the run starts, cables that sag are drawn as straight lines.")
         self._publish(everything=True)
 
     def perform(self, request: Request) -> object:
