@@ -104,8 +104,7 @@ inline double least_distance(const CableAxis& first, const CableAxis& second, do
         const double middle = 0.5 * (whole_piece.from + whole_piece.to);
         const Vector<double> at = axis.point(middle);
         Pair halves[2] = {now, now};
-        (split_one ? halves[0].one : halves[0].other) =
-            piece_of(axis, whole_piece.from, middle, whole_piece.start, at);
+        (split_one ? halves[0].one : halves[0].other) = piece_of(axis, whole_piece.from, middle, whole_piece.start, at);
         (split_one ? halves[1].one : halves[1].other) = piece_of(axis, middle, whole_piece.to, at, whole_piece.end);
         for (Pair& half : halves) half.found = distance(half.one, half.other);
         const bool near = halves[0].found <= halves[1].found;  // the nearer one next
@@ -117,8 +116,7 @@ inline double least_distance(const CableAxis& first, const CableAxis& second, do
 
 // Return the smallest distance of an axis from something fixed if it is below `limit`, else `limit`; `distance` returns
 // that of a piece's chord.
-template <class Distance>
-inline double least_distance(const CableAxis& axis, double limit, Distance distance) {
+template <class Distance> inline double least_distance(const CableAxis& axis, double limit, Distance distance) {
     CableAxis fixed = axis;
     fixed.curved = false;
     return least_distance(axis, fixed, limit,

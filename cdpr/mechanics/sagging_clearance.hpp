@@ -1,7 +1,7 @@
 // Clearance of cables that sag. SPDX-License-Identifier: Apache-2.0
 //
-// The rules of clearance.hpp with the axes of curves.hpp. Distances have an error of at most CURVE_ERROR per pair; those
-// of cables that do not sag have the bits of clearance.hpp.
+// The rules of clearance.hpp with the axes of curves.hpp. Distances have an error of at most CURVE_ERROR per pair;
+// those of cables that do not sag have the bits of clearance.hpp.
 #pragma once
 
 #include <cdpr/mechanics/clearance.hpp>
@@ -39,14 +39,14 @@ inline double curves_distance(const CableAxis& first, const CableAxis& second, b
 
 // Return the smallest signed distance of an axis from a solid if it is below `limit`, else `limit`.
 inline double curve_from_solid(Solid solid, const CableAxis& axis, double limit) {
-    return least_distance(
-        axis, limit, [solid](Vector<double> end, Vector<double> start) { return from_solid(solid, end, start); });
+    return least_distance(axis, limit,
+                          [solid](Vector<double> end, Vector<double> start) { return from_solid(solid, end, start); });
 }
 
 // Return the clearance of a cable from its own platform, as `from_platform`. At an anchor on the surface, the tangent
 // of the curve takes the place of the chord; a curve that enters the solid farther on has the negative of its depth.
-inline double curve_from_platform(const Bodies& bodies, Solid solid, int64_t i, const CableAxis& axis,
-                                  Vector<double> p, Quaternion<double> q) {
+inline double curve_from_platform(const Bodies& bodies, Solid solid, int64_t i, const CableAxis& axis, Vector<double> p,
+                                  Quaternion<double> q) {
     const Quaternion<double> back = conjugate(q);
     if (!axis.curved) return from_platform(bodies, solid, i, rotate(back, axis.exit - p));
     const Vector<double> B = bodies.anchor(i), anchor = solid.local(B);

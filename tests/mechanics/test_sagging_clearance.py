@@ -197,7 +197,7 @@ def test_passing_through_the_platform(anchor, exit_, stretch, through, chord_thr
 
 
 def test_curves_for_drawings():
-    """From the frame to the platform, at equal unstretched lengths; straight without an equilibrium."""
+    """They lead from the frame to the platform; without an equilibrium, they are straight."""
     rng, robot = np.random.default_rng(11), robot_of()
     pose = pose_of(rng)
     unwound = lengths_of(robot, pose, 0.3, rng)

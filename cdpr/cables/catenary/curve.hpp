@@ -12,9 +12,9 @@ struct CatenaryCurve {
     static constexpr int NUMBERS = 13;
     static constexpr double STEEP = 1e-16;  // 1 - w s / S of a cable that hangs vertically
 
-    Vector<double> pull, up;                // N, horizontal force on the platform; vertical unit vector
-    double lowest, weight, stretch, span;   // V_0, N; N/m; 1 / (E A), 1/N; unstretched length, m
-    Vector<double> miss;                    // m, round-off of `raw` at the exit
+    Vector<double> pull, up;               // N, horizontal force on the platform; vertical unit vector
+    double lowest, weight, stretch, span;  // V_0, N; N/m; 1 / (E A), 1/N; unstretched length, m
+    Vector<double> miss;                   // m, round-off of `raw` at the exit
 
     // Make the curve of a cable with an unwound length, m; NaN if it has no equilibrium.
     inline CatenaryCurve(const BentSpan<double>& cable, double unwound) {
@@ -49,7 +49,7 @@ struct CatenaryCurve {
     // Return the point at an unstretched length s, m, from the platform's end, m.
     CDPR_INLINE Vector<double> point(double s) const { return raw(s) + (s / span) * miss; }
 
-private:
+  private:
     CDPR_INLINE Vector<double> raw(double s) const {
         const double sum = length(tension(0.0)) + length(tension(s)), share = weight * s / sum;
         const double most = 1.0 - STEEP, x = share < most ? share : most;
