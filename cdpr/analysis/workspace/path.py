@@ -43,7 +43,7 @@ def along(
     among = clearance(with_diameters(robot), obstacles, gravity=gravity)
     unwound = resting_lengths(robot, poses, gravity)
     values, which = among.at(poses, unwound=unwound)
-    straight = np.zeros(len(poses), dtype=bool) if unwound is None else np.isnan(unwound).any(axis=1)
+    straight = np.isnan(values if unwound is None else unwound.sum(axis=1))
     remarks = [assumption(robot) + STRAIGHT * each for each in straight.tolist()]
     least = _least(time, values, [among.name(n) + remark for n, remark in zip(which.tolist(), remarks, strict=True)])
     return found if least is None else {**found, "clearance": least}
