@@ -156,6 +156,16 @@ def read_exits(plain: Sequence[dict[str, Any] | None]) -> list[Exit | None]:
     return [None if each is None else EXITS.read(each) for each in plain]
 
 
+def spans_of(robot: Robot) -> tuple[dict[str, Any] | None, ...]:
+    """Return the spans of a robot's cables that bend as plain data, None for others; () if no cable bends."""
+    plain: list[dict[str, Any] | None] = []
+    for cable in robot.cables:
+        span = chain_of(robot, cable).span
+        name = cable.model or robot.cable_model
+        plain.append({"model": name, "numbers": span.values(cable)} if span.bends else None)
+    return tuple(plain) if any(plain) else ()
+
+
 def chain_of(robot: Robot, cable: Cable) -> Chain:
     """Return winch and span of a cable of this robot."""
     model, winch = cable.model or robot.cable_model, cable.winch

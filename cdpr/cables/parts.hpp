@@ -6,6 +6,7 @@
 
 #include <cdpr/cables/bent_cable.hpp>
 #include <cdpr/cables/catenary/catenary.hpp>
+#include <cdpr/cables/catenary/curve.hpp>
 #include <cdpr/cables/catenary/rates.hpp>
 #include <cdpr/cables/direct/direct.hpp>
 #include <cdpr/cables/drum/drum.hpp>
@@ -186,6 +187,12 @@ inline void bent_rates(double kind, const BentSpan<double>& span, double unwound
                        BentCable<double>* rates) {
     if (is(kind, CATENARY)) return CatenaryRates(span, unwound).write(motions, count, rates);
     for (int j = 0; j < count; j++) rates[j] = {nowhere<double>(), NOT_A_NUMBER};
+}
+
+// Return the curve of a bent span at rest; NaN of another kind.
+using BentCurve = CatenaryCurve;
+inline BentCurve bent_curve(double kind, const BentSpan<double>& span, double unwound) {
+    return BentCurve(span, is(kind, CATENARY) ? unwound : NOT_A_NUMBER);
 }
 
 // Return the potential energy, J, of a bent span at rest, with its anchor at height 0; with that of its winch if this

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -103,6 +104,20 @@ def chain_table(robot: Robot) -> Array:
         transmission.append(home if has_drum(robot, cable) else math.nan)
         rows.append([*kinds, lowest, *_numbers(chain.winch, cable), *transmission, *_numbers(chain.span, cable)])
     return frozen_array(rows)
+
+
+def span_table(spans: Sequence[dict[str, Any] | None]) -> Array:
+    """Return the spans of cables from the data of `cdpr.cables.spans_of`.
+
+    Returns:
+        (m, 33), as in `chain_table`, without the numbers of winches and of cables that do not bend.
+    """
+    table = np.zeros((len(spans), CHAIN_WIDTH))
+    for row, each in zip(table, spans, strict=True):
+        if each is not None:
+            numbers = each["numbers"]
+            row[1], row[SPAN : SPAN + len(numbers)] = _kind(SPANS, MODELS[each["model"]].span), numbers
+    return table
 
 
 def home_lengths(robot: Robot) -> Array:

@@ -57,6 +57,7 @@ class Header:
     tool: str = ""  # tool guided by the desired motion; "" for the platform's origin
     believed: str = ""  # differences of the nominal model of controller and solver, in one line
     limit_changes: LimitChanges = ()  # changes of tension limits by events
+    spans: tuple[dict[str, Any] | None, ...] = ()  # spans of cables that sag, if any
     works: tuple[tuple[str, str], ...] = ()  # further sources of work, each with its column; "" if it is unknown
 
     def __repr__(self) -> str:
@@ -118,6 +119,8 @@ class Header:
             frame=np.array(self.frame, dtype=np.float64).reshape(-1, 6),
             colours=self.colours,
             exits=tuple(read_exits(self.exits)),
+            spans=self.spans,
+            gravity=self.gravity,
             broken=self.broken,
             tools=self.tools,
             led=self.tool,
@@ -141,11 +144,11 @@ class Header:
             tables["limit_changes"] = tuple(
                 (time, tuple(low), tuple(high)) for time, low, high in data["limit_changes"]
             )
-        exits = tuple(data.get("exits", ()))
+        exits, spans = tuple(data.get("exits", ())), tuple(data.get("spans", ()))
         if "tools" in data:
             tables["tools"] = {name: tuple(point) for name, point in data["tools"].items()}
         columns = [Column(**{**column, "places": tuple(column["places"])}) for column in data.get("columns", ())]
-        return cls(**{**data, **tuples, **tables, "exits": exits, "columns": tuple(columns)})
+        return cls(**{**data, **tuples, **tables, "exits": exits, "spans": spans, "columns": tuple(columns)})
 
 
 # Keys missing in logs of earlier versions, and their defaults.
@@ -163,4 +166,5 @@ NEWER: dict[str, object] = {
     "believed": "",
     "limit_changes": (),
     "works": (),
+    "spans": (),
 }

@@ -9,6 +9,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
+from cdpr.log.clearance_rows import add_rows
 from cdpr.log.header import Header
 from cdpr.log.limit_violations import beyond, tables
 from cdpr.log.lost_steps import LostSteps, lost_steps
@@ -203,7 +204,7 @@ class Accumulator:
             loose = self.slack.added(part.time, slack(part.cable_tension, self._header) & intact)
             closest = None if self.closest is None else self.closest.copy()
             if closest is not None:
-                closest.add(rows[:, 0], rows[:, self._header.layout.span("position", "orientation")])
+                add_rows(closest, self._header.layout, rows)
             found = loose, self.singular.added(part, intact), lost_steps(self.lost, self._header, rows)
             for name in ("residual", "margin", "kinetic", *self._sources):
                 self._update_extremes(name, part[name])

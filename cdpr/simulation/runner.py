@@ -23,6 +23,7 @@ from cdpr.base.errors import (
     SolverFailed,
     one_line,
 )
+from cdpr.log.clearance_rows import add_rows
 from cdpr.log.event import Event
 from cdpr.log.header import Header
 from cdpr.log.lost_steps import LostSteps, lost_steps
@@ -299,8 +300,7 @@ class Runner:
             return self.recorder.tally.closest
         closest = self._watching()
         if closest is not None:
-            table = np.asarray(rows)
-            closest.add(table[:, 0], table[:, self.header.layout.span("position", "orientation")])
+            add_rows(closest, self.header.layout, np.asarray(rows))
         return closest
 
     def _watching(self) -> Closest | None:
@@ -313,7 +313,8 @@ class Runner:
 
         assert self.parts is not None
         levels = [Level(one.clearance, one.after) for _, one in guarding(self.parts.events, self.header.control_step)]
-        return Closest(clearance(robot, self.scenario.obstacles), self.header.broken, levels)
+        among = clearance(robot, self.scenario.obstacles, gravity=self.header.gravity)
+        return Closest(among, self.header.broken, levels)
 
 
 def _origin(error: BaseException, scenario: Scenario) -> str:

@@ -165,7 +165,8 @@ class Sample:
         if guards:
             from cdpr.simulation.contact import keeping_distance  # few scenarios need this import
 
-            operations += keeping_distance(self._parts, events, guards, self.state)
+            unwound = self.view("unstretched_length") if self.layout.has("sagging") else None
+            operations += keeping_distance(self._parts, events, guards, self.state, unwound)
         return operations
 
     def _reading(self) -> tuple[list[Operation], list[Operation]]:

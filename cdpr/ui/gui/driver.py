@@ -150,7 +150,6 @@ class WindowDriver(Driver):
 
     def _begin(self, scenario: Scenario) -> None:
         """Build a new simulation; if that fails, report it as a status and keep the last scene."""
-        from cdpr.mechanics.sag import DRAWN
         from cdpr.ui.gui.session import SimulationSession
 
         self._scenario = scenario
@@ -165,7 +164,7 @@ class WindowDriver(Driver):
         self.most = FIRST_PORTION
         self._go_to("ready", "")
         if bends(scenario.robot):
-            self._to_all("info", DRAWN)
+            self._to_all("info", "Until the run starts, cables that sag are drawn as straight lines.")
         self._publish(everything=True)
 
     def perform(self, request: Request) -> object:
