@@ -36,6 +36,7 @@ from cdpr.simulation.loop_part import LoopPart
 from cdpr.simulation.loop_parts import loop_parts
 from cdpr.simulation.moving_anchors import moving_part
 from cdpr.simulation.parts import Parts
+from cdpr.simulation.resting_start import check_resting_start
 from cdpr.simulation.settings import Settings
 from cdpr.simulation.works import works_of
 from cdpr.trajectory import Trajectory
@@ -163,6 +164,7 @@ class _Checks:
         columns = self._try((), lambda: columns_of(scenario))
         if columns is not None:
             self._try((), lambda: works_of(scenario))
+        self._try(("initial", "equilibrium"), lambda: check_resting_start(scenario, chosen["controller"]))
         self._try(("robot", "winch"), lambda: check_drums(scenario))
         self._try(("simulation", "physics_step"), lambda: check_cables(scenario, chosen["backend"]))
         self.faults += [Fault(path, error) for path, error in out_of_range(scenario, chosen["backend"])]

@@ -19,6 +19,7 @@ from cdpr.model.robot import Array
 from cdpr.scenario import Scenario
 from cdpr.simulation.columns import chosen_plugins
 from cdpr.simulation.linearised import Linearised, linearise
+from cdpr.simulation.resting_start import has_feedback
 
 # Multiple eigenvalues, as those of critical damping, are known only to the root of the error of the derivatives.
 RESOLVED = 1e-5  # of |z|: smaller growth and decay are not resolved
@@ -189,7 +190,7 @@ def sampling(loop: Linearised, scenario: Scenario) -> list[tuple[Path, str]]:
     modes = [] if _delayed(scenario) else poles(loop)
     fast = [pole for pole in modes if abs(pole.z) > LASTS and pole.value.imag > 0.0]
     inside = plant_poles(loop)
-    if _feedback(scenario):
+    if has_feedback(chosen_plugins(scenario)["controller"]):
         ringing = max(fast, key=lambda pole: pole.value.imag).value if fast else 0j
         hidden = max((s for s in inside if s.real * step > math.log(LASTS)), key=lambda s: s.imag, default=0j)
         if hidden.imag * step > math.pi:  # a loop sees it at a lower frequency
@@ -210,11 +211,6 @@ def sampling(loop: Linearised, scenario: Scenario) -> list[tuple[Path, str]]:
         )
         found.append((PHYSICS_STEP, text))
     return found
-
-
-def _feedback(scenario: Scenario) -> bool:
-    """Return False if the controller declares that it does not use the state."""
-    return bool(chosen_plugins(scenario)["controller"].info.properties.get("feedback", True))
 
 
 def _delayed(scenario: Scenario) -> bool:

@@ -50,9 +50,9 @@ def controller_data(robot: Robot | None, plugins: Registry) -> dict[str, Any]:
 
     Winches that hold lengths receive lengths, as wrenches act on the platform only as fast as the winches turn.
     """
-    name, given = defaults.CONTROLLER, {}
+    name, given = defaults.CONTROLLER, dict[str, object]()
     if robot is not None and TENSION not in commands_of(robot):
-        name, given = defaults.LENGTH_CONTROLLER, dict(defaults.LENGTH_OPTIONS)
+        name, given = defaults.LENGTH_CONTROLLER, {**defaults.LENGTH_OPTIONS}
         if robot.m > robot.n:  # with fewer cables, the weight determines the tensions
             given["pretension"] = ABOVE * float(robot.tension_min.max())
     options = plugins.get("controller", name).info.options(**given)
