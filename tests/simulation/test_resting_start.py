@@ -46,7 +46,7 @@ def test_without_the_key_the_platform_drops():
     assert "start" in {event.kind for event in run.events}
 
 
-def test_camera_robot_rests_where_its_statics_say():
+def test_camera_robot_rests_as_in_closed_form():
     """Four lines at one height above a point: 4 EA (l / l0 - 1) sin(slope) = m g, from the data of the file."""
     scenario = load_scenario(SCENARIOS / "camera_robot.yaml")
     robot, (x, y, z) = scenario.robot, scenario.initial.position
