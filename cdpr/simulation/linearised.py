@@ -36,6 +36,7 @@ EULER, RK4 = "semi_implicit_euler", "rk4"
 # reduced until these agree, because cables that become slack and friction limit the range in which the loop is linear.
 STEP = 1e-5
 LEAST = 1e-9
+CENTRAL = 1e-6  # difference of the plant alone, whose poles are only compared with limits
 ROUGH, ONE_SIDED = 3, 1e-6  # first derivatives in the search for rest, and their one-sided differences
 ROUND_OFF = 1e-15  # of a difference
 AGREE = 1e-8  # of two differences, relative to the derivative, and to 1 if that is larger
@@ -191,6 +192,10 @@ class _Period:
         self.scale = np.concatenate([pose[[*robot.rows]], pose[[*robot.rows]] / self._period, states, *memory])
         self.names = (*robot.dof, *(f"{name}'" for name in robot.dof), *kinds, *["controller"] * own)
         self._plant = len(self._free) + len(states)
+        self._motion, self._start = np.zeros(12), np.zeros(13)  # work space
+        ends = np.cumsum([len(self._free), *map(len, (states, *self._memory))]).tolist()
+        spans = map(slice, ends[:-1], ends[1:])
+        self._others = [each for each in zip(spans, (self._winch, *self._memory), strict=True) if len(each[1])]
 
     def _winch_coordinates(self, size: float) -> tuple[Array, list[str]]:
         """Return scales and names of the states of the winches; `size` is that of the cables, m."""
@@ -239,8 +244,8 @@ class _Period:
             B, _ = self._derivative(lambda w: self._after(x, w), none, here)
         plant, count = np.zeros((0, 0)), self._plant
         if self._winches is not None:
-            after = self._after_plant(x)
-            plant, _ = self._derivative(lambda p: self._after_plant(np.append(p, x[count:])), x[:count], after)
+            sides = [self._slope(self._after_plant, x, here[:count], j, CENTRAL)[0] for j in range(count)]
+            plant = np.array(sides).reshape(-1, count).T
         rest = x * self.scale
         rest[: self._robot.n] -= np.concatenate([self._pose[:3], np.zeros(3)])[list(self._robot.rows)]
         period, step = self._period, self._step
@@ -326,23 +331,27 @@ class _Period:
             self._loop.advance()
 
     def _state(self) -> Array:
-        state = self._backend.state
-        motion = np.concatenate([state[:3], _rotation_vector(state[3:7] @ self._turned), state[7:]])
-        return np.concatenate([motion[self._free], self._winch, *self._memory])
+        state, motion, found = self._backend.state, self._motion, np.empty(len(self.scale))
+        motion[:3], motion[6:] = state[:3], state[7:]
+        motion[3:6] = _rotation_vector(state[3:7] @ self._turned)
+        motion.take(self._free, out=found[: len(self._free)], mode="clip")
+        for span, array in self._others:
+            found[span] = array
+        return found
 
     def _put(self, x: Array) -> None:
         """Set the state of the loop; all else is as after the first period."""
-        motion = np.concatenate([self._pose[:3], np.zeros(9)])
+        motion, state = self._motion, self._start
+        motion[:3], motion[3:] = self._pose[:3], 0.0
         motion[self._free] = x[: len(self._free)]
-        attitude = self._turned @ _turn(motion[3:6])
-        self._backend.reset(np.concatenate([motion[:3], attitude, motion[6:]]))
+        state[:3], state[7:] = motion[:3], motion[6:]
+        np.dot(self._turned, _turn(motion[3:6]), out=state[3:7])
+        self._backend.reset(state)
         for copy, array in self._kept:
             array[:] = copy
         self._loop.pipeline.place = self._place
-        at = len(self._free)
-        for array in (self._winch, *self._memory):
-            array[:] = x[at : at + len(array)]
-            at += len(array)
+        for span, array in self._others:
+            array[:] = x[span]
 
     def _check_status(self) -> None:
         self._loop.decide()
