@@ -303,30 +303,33 @@ def check_cables(scenario: Scenario, backend: Registered) -> None:
                 f"backend '{backend.info.name}' does not support {key} {model}: choose another backend, or "
                 f"set {key} to {COMMANDED}"
             )
+    from cdpr.mechanics.limiting_part import limiting_part
     from cdpr.mechanics.stability import known_drums, longest, oscillator, shortest_lag, stable
 
-    if step > 2.0 * (lag := shortest_lag(robot)):
+    lag, name = shortest_lag(robot)
+    if step > 2.0 * lag:
         raise CdprError(
-            f"simulation.physics_step {step:g} s is too long for a winch with the torque_lag {lag:g} s: expected at "
-            "most twice the lag; set torque_lag: 0, or a shorter step"
+            f"simulation.physics_step {step:g} s is too long for the winch of cable '{name}' with the torque_lag "
+            f"{lag:g} s: expected at most twice the lag; set torque_lag: 0, or a shorter step"
         )
     if not known_drums(robot) or _empty_drum(scenario):
         return
     about = oscillator(robot, scenario.initial.state(), scenario.gravity)
     scheme = about.runge_kutta if declared.get("scheme") == "rk4" else about.semi_implicit
     if not stable(scheme(step)):
-        limit = longest(scheme, step)
+        limit, part = longest(scheme, step), limiting_part(robot, about.M, about.parts, step)
+        culprit = part and f"; {part}"
         if not limit:
             raise StepTooLongError(
                 f"no simulation.physics_step above 1e-9 s is stable for these cables and winches, on backend "
                 f"'{backend.info.name}': expected larger values of inertia, drum_radius and coulomb_speed of the "
-                "winches and friction_speed of the pulleys, or lower stiffness, damping, friction and gains"
+                f"winches and friction_speed of the pulleys, or lower stiffness, damping, friction and gains{culprit}"
             )
         raise StepTooLongError(
             f"simulation.physics_step {step:g} s is too long for these cables and winches, and backend "
             f"'{backend.info.name}' would diverge: at the initial pose they swing with up to {about.fastest:.4g} rad/s "
             f"(step * omega = {step * about.fastest:.3g}), and damping, friction and gains require short steps, too; "
-            f"it is stable up to {limit:g} s"
+            f"it is stable up to {limit:g} s{culprit}"
         )
 
 

@@ -15,6 +15,8 @@ import numpy as np
 
 from cdpr.base.errors import CdprError
 from cdpr.base.problems import Path
+from cdpr.mechanics.limiting_part import limiting_part
+from cdpr.mechanics.stability import known_drums, oscillator
 from cdpr.model.robot import Array
 from cdpr.scenario import Scenario
 from cdpr.simulation.columns import chosen_plugins
@@ -198,9 +200,10 @@ def sampling(loop: Linearised, scenario: Scenario) -> list[tuple[Path, str]]:
         else:
             often, remedy, seen = f"only {2 * math.pi / (ringing.imag * step or 1.0):.2g} times", "lower gains", ringing
         if seen.imag * step > 2.0 * math.pi / FEWEST:
+            limited = "" if scenario.ideal_cables else _limiting(scenario, step)
             text = (
                 f"{step:g} s samples a vibration of {seen.imag / (2.0 * math.pi):.4g} Hz ({pole_text(seen)}) {often} "
-                f"in a period: expected at most {2.0 * math.pi / FEWEST / seen.imag:.2g} s, or {remedy}"
+                f"in a period: expected at most {2.0 * math.pi / FEWEST / seen.imag:.2g} s, or {remedy}{limited}"
             )
             found.append((CONTROL_STEP, text))
     quickest = max(inside, key=abs, default=0.0)
@@ -208,9 +211,20 @@ def sampling(loop: Linearised, scenario: Scenario) -> list[tuple[Path, str]]:
         text = (
             f"{loop.physics_step:g} s does not resolve the fastest motion of winches and cables "
             f"({pole_text(quickest)}): expected at most {1.0 / abs(quickest):.2g} s, or lower gains of the servos"
+            f"{_limiting(scenario, loop.physics_step)}"
         )
         found.append((PHYSICS_STEP, text))
     return found
+
+
+def _limiting(scenario: Scenario, step: float) -> str:
+    """Return the part that limits a step [s], for the end of a message; "" if it is unknown."""
+    robot = scenario.robot
+    if not known_drums(robot):
+        return ""
+    about = oscillator(robot, scenario.initial.state(), scenario.gravity)
+    part = limiting_part(robot, about.M, about.parts, step)
+    return part and f"; {part}"
 
 
 def _delayed(scenario: Scenario) -> bool:
