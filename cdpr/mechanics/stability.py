@@ -214,14 +214,17 @@ def _of_drums(cables: list[int], directions: Array, gains: Array, servos: Array,
 
 def _losses_on_exits(robot: Robot, state: Array, tension: Array) -> Array:
     """Return the damping (m,) [N s/m] of the cables by friction on their exits, under tensions (m,) [N], at rest."""
-    if not rubs(robot):
-        return np.zeros(robot.m)
+    return exit_slopes(robot, state) * tension if rubs(robot) else np.zeros(robot.m)
+
+
+def exit_slopes(robot: Robot, state: Array) -> Array:
+    """Return the damping (m,) of the cables by friction on their exits, per tension [s/m], at the pose of a state."""
     tips = state[:3] + robot.anchors[:, 3:] @ rotations.matrix(state[3:7]).T
     slopes = [
         cable.exit.damping(cable.frame.tolist(), tip.tolist()) if cable.exit else 0.0
         for cable, tip in zip(robot.cables, tips, strict=True)
     ]
-    return np.asarray(np.array(slopes) * tension)
+    return np.array(slopes)
 
 
 def shortest_lag(robot: Robot) -> tuple[float, str]:

@@ -24,6 +24,7 @@ from cdpr.link.options import PeerOptions
 from cdpr.mechanics.anchors import Anchors
 from cdpr.mechanics.kinematics import lengths
 from cdpr.model import Robot
+from cdpr.model.robot import Array
 from cdpr.plugins import Backend, Controller, Environment, TensionSolver
 from cdpr.plugins.controller import OUTPUTS, Output, stage_of_output
 from cdpr.plugins.registry import Registered, Role
@@ -284,8 +285,10 @@ def output_of(entry: Registered, controller: Controller, commands: Sequence[str]
     return stage
 
 
-def check_cables(scenario: Scenario, backend: Registered) -> None:
+def check_cables(scenario: Scenario, backend: Registered, state: Array | None = None) -> None:
     """Reject a backend without support for the robot's winches, and a step at which they are unstable.
+
+    `state` (13,) contains the pose of the platform; default: the initial one.
 
     Raises:
         PluginError: if the backend does not support the cables.
@@ -314,7 +317,7 @@ def check_cables(scenario: Scenario, backend: Registered) -> None:
         )
     if not known_drums(robot) or _empty_drum(scenario):
         return
-    about = oscillator(robot, scenario.initial.state(), scenario.gravity)
+    about = oscillator(robot, scenario.initial.state() if state is None else state, scenario.gravity)
     scheme = about.runge_kutta if declared.get("scheme") == "rk4" else about.semi_implicit
     if not stable(scheme(step)):
         limit, part = longest(scheme, step), limiting_part(robot, about.M, about.parts, step)

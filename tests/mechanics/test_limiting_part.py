@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from command_line import cdpr_here
 from conftest import ROOT
 
+from cdpr import simulate
+from cdpr.base.errors import Diverged
 from cdpr.mechanics.limiting_part import limiting_part
 from cdpr.mechanics.stability import longest, oscillator
 from cdpr.scenario import load_scenario
+from cdpr.simulation.build import faults
+from cdpr.simulation.loop_problems import loop_problems
 
 TOO_LONG = 0.05  # s
 HANGPRINTER = ROOT / "scenarios" / "hangprinter.yaml"
@@ -67,11 +73,33 @@ def test_parts_sum_up_to_the_oscillator():
 
 
 def test_equal_cables_are_counted():
+    """Cables between a point mass and the corners of a square above it."""
     scenario = load_scenario(ROOT / "scenarios" / "camera_robot.yaml")
     about = oscillator(scenario.robot, scenario.initial.state(), scenario.gravity)
     part = limiting_part(scenario.robot, about.M, about.parts, TOO_LONG)
-    expected = "limits it by the control of its winch, against the inertia of its winch"
-    assert part == f"cable 'cable_1' (and 3 more alike) {expected}"
+    assert re.match(r"cable 'cable_\d' \(and \d more alike\) limits it by the control of its winch, against", part)
+
+
+UP = {
+    "simulation.physics_step": 0.02,
+    "simulation.control_step": 0.02,
+    "robot.cable.damping": 2.0,
+    "trajectory.points[1].position": [0, 0, 2.28],  # 65 mm below the exit of D
+}
+
+
+def test_short_cables_along_the_motion_are_warned_of():
+    """The step is stable at the start and at the end, and the run diverges in between."""
+    scenario = load_scenario(HANGPRINTER, overrides=UP)
+    assert list(faults(scenario)) == []
+    _, found = loop_problems(scenario)
+    (text,) = (text for path, text in found if path == ("simulation", "physics_step"))
+    assert "may diverge: at 1.969 s of the motion" in text
+    assert text.endswith("; cable 'D' limits it by its stiffness, against the platform")
+    with pytest.raises(Diverged, match=r"t = 2\.\d+ s"):
+        simulate(scenario)
+    _, found = loop_problems(scenario.with_changes({"trajectory.points[1].position": [0, 0, 0.5]}))
+    assert "diverge" not in str(found)
 
 
 def test_validate_names_the_part():

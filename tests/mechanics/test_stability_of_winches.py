@@ -119,7 +119,7 @@ def test_servos_are_bounded_up_to_the_longest_stable_step(name, monkeypatch):
     if name != "ideal":  # its lengths do not move, and the check of the platform is that of elastic cables
         with pytest.raises(CdprError, match="is too long for these cables and winches"):
             speed(1.3 * step)
-    monkeypatch.setattr("cdpr.simulation.build.check_cables", lambda scenario, backend: None)
+    monkeypatch.setattr("cdpr.simulation.build.check_cables", lambda scenario, backend, state=None: None)
     try:
         fast = speed(1.3 * step)
     except Diverged:
