@@ -131,7 +131,8 @@ def test_validate_names_the_key(tmp_path):
     text = text.replace("[0.0, 0.0, 0.3]\n", "[0.0, 0.0, 0.3]\n  equilibrium: true\n", 1)
     (tmp_path / "s.yaml").write_text(text.replace("{type: inverse_kinematics, pretension: 18}", "{type: static}"))
     done = cdpr_here("validate", "s.yaml", code=2, cwd=tmp_path)
-    assert "s.yaml:13:16: initial.equilibrium: the first commands" in done.stderr
+    line = text.splitlines().index("  equilibrium: true") + 1
+    assert f"s.yaml:{line}:16: initial.equilibrium: the first commands" in done.stderr
 
 
 def test_exports_of_plants_reject_it(tmp_path):
