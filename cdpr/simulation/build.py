@@ -22,6 +22,7 @@ from cdpr.fmu.read.options import FmuFile
 from cdpr.link.options import PeerOptions
 from cdpr.mechanics.anchors import Anchors
 from cdpr.model import Robot
+from cdpr.model.robot import Array
 from cdpr.plugins import Backend, Controller, Environment, TensionSolver
 from cdpr.plugins.controller import OUTPUTS, Output, listed, stage_of_output
 from cdpr.plugins.registry import Registered, Role
@@ -34,6 +35,7 @@ from cdpr.simulation.loop_part import LoopPart
 from cdpr.simulation.loop_parts import loop_parts
 from cdpr.simulation.moving_anchors import moving_part
 from cdpr.simulation.parts import Parts
+from cdpr.simulation.resting_start import check_resting_start
 from cdpr.simulation.settings import Settings
 from cdpr.simulation.step_checks import Circumstances, check_step, empty_drum
 from cdpr.simulation.works import works_of
@@ -158,6 +160,7 @@ class _Checks:
         columns = self._try((), lambda: columns_of(scenario))
         if columns is not None:
             self._try((), lambda: works_of(scenario))
+        self._try(("initial", "equilibrium"), lambda: check_resting_start(scenario, chosen["controller"]))
         self._try(("robot", "winch"), lambda: check_drums(scenario))
         self._try(("simulation", "physics_step"), lambda: check_cables(scenario, chosen["backend"]))
         self.faults += [Fault(path, error) for path, error in out_of_range(scenario, chosen["backend"])]
@@ -276,8 +279,10 @@ def output_of(entry: Registered, controller: Controller, commands: Sequence[str]
     return stage
 
 
-def check_cables(scenario: Scenario, backend: Registered) -> None:
+def check_cables(scenario: Scenario, backend: Registered, state: Array | None = None) -> None:
     """Reject a backend without support for the robot's winches, and a step at which they are unstable.
+
+    `state` (13,) contains the pose of the platform; default: the initial one.
 
     Raises:
         PluginError: if the backend does not support the cables.
@@ -295,7 +300,8 @@ def check_cables(scenario: Scenario, backend: Registered) -> None:
                 f"backend '{backend.info.name}' does not support {key} {model}: choose another backend, or "
                 f"set {key} to {COMMANDED}"
             )
-    about = Circumstances(robot, scenario.initial.state(), scenario.gravity, f"backend '{backend.info.name}'")
+    pose = scenario.initial.state() if state is None else state
+    about = Circumstances(robot, pose, scenario.gravity, f"backend '{backend.info.name}'")
     check_step(about, step, fourth_order=declared.get("scheme") == "rk4")
 
 

@@ -44,6 +44,7 @@ from cdpr.simulation.events import contact_events, limit_events, marks, schedule
 from cdpr.simulation.loop import Loop
 from cdpr.simulation.loop_part import LoopPart
 from cdpr.simulation.parts import Parts
+from cdpr.simulation.resting_start import warm_up
 from cdpr.simulation.session import Session
 from cdpr.simulation.works import with_live_events
 
@@ -90,7 +91,7 @@ class Runner:
         """Build and warm up; return the loop and the recorder."""
         self.parts = build(self.scenario)
         self.loop = Loop(self.parts, self.session.record)
-        self.loop.warm_up(self.scenario.initial.state())
+        warm_up(self.loop, self.scenario)
         folder = None if self.folder is None else self.folder.path
         marked = marks(self.scenario.events, self.header.control_step)
         self.recorder = Recorder(self.header, self.scenario.simulation.steps, folder, marked, self._watching)

@@ -55,13 +55,15 @@ def check_step(about: Circumstances, step: float, *, fourth_order: bool) -> None
         CdprError: if the step is too long for the lag of a torque.
         StepTooLongError: if it is too long for the stiffness of cables and loops.
     """
+    from cdpr.mechanics.limiting_part import limiting_part
     from cdpr.mechanics.stability import longest, oscillator, shortest_lag, stable, supports_oscillator
 
     robot, key, plant = about.robot, about.key, about.plant
-    if step > 2.0 * (lag := shortest_lag(robot)):
+    lag, name = shortest_lag(robot)
+    if step > 2.0 * lag:
         raise CdprError(
-            f"{key} {step:g} s is too long for a winch with the torque_lag {lag:g} s: expected at most twice the lag; "
-            "set torque_lag: 0, or a shorter step"
+            f"{key} {step:g} s is too long for the winch of cable '{name}' with the torque_lag {lag:g} s: expected at "
+            "most twice the lag; set torque_lag: 0, or a shorter step"
         )
     if not supports_oscillator(robot) or empty_drum(robot, about.state):
         return
@@ -69,17 +71,18 @@ def check_step(about: Circumstances, step: float, *, fourth_order: bool) -> None
     scheme = found.runge_kutta if fourth_order else found.semi_implicit
     if stable(scheme(step)):
         return
-    limit = longest(scheme, step)
+    limit, part = longest(scheme, step), limiting_part(robot, found.M, found.parts, step)
+    culprit = part and f"; {part}"
     if not limit:
         raise StepTooLongError(
             f"no {key} above 1e-9 s is stable for these cables and winches, on {plant}: expected larger values of "
             "inertia, drum_radius and coulomb_speed of the winches and friction_speed of the pulleys, or lower "
-            "stiffness, damping, friction and gains"
+            f"stiffness, damping, friction and gains{culprit}"
         )
     raise StepTooLongError(
         f"{key} {step:g} s is too long for these cables and winches, and {plant} would diverge: at the initial pose "
         f"they swing with up to {found.fastest:.4g} rad/s (step * omega = {step * found.fastest:.3g}), and damping, "
-        f"friction and gains require short steps, too; it is stable up to {limit:g} s"
+        f"friction and gains require short steps, too; it is stable up to {limit:g} s{culprit}"
     )
 
 

@@ -1,1 +1,0 @@
-/work/h/faults/tests/support/ros2_stand_ins.hpp
