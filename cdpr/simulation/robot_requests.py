@@ -135,7 +135,7 @@ class RobotRequests:
         """
         self.manual.tensions(tension, names)
 
-    def request_winches(self, names: list[str], length: list[Any], rate: list[Any], tension: list[Any]) -> None:
+    def request_winch_command(self, names: list[str], length: list[Any], rate: list[Any], tension: list[Any]) -> None:
         """Command lengths (m), rates (m/s) and tensions (N) of single cables; without any, the controller has control.
 
         `names` may be empty for all cables in order. Each list is empty, or as long as `names`, with None for a cable
@@ -145,7 +145,7 @@ class RobotRequests:
             self.manual.release()
             return
         cables = [each.name for each in self.simulation.scenario.robot.cables]
-        self.manual.command("winches", cable_requests(names, length, rate, tension, cables))
+        self.manual.command("winch_command", cable_requests(names, length, rate, tension, cables))
 
     def request_jog(self, cable: str | int, rate: Any = None, length: Any = None) -> None:
         """Wind a cable at a rate, m/s, until the next request or up to a length, m; all others hold."""

@@ -108,7 +108,7 @@ def test_the_controller_gets_control_back():
         (20, "jog", {"cable": 1, "rate": 0.2}),
         (40, "control", {}),
         (60, "jog", {"cable": 1, "rate": 0.2}),
-        (61, "winches", winches()),
+        (61, "winch_command", winches()),
     )
     same = plain["winch_command"]
     assert np.array_equal(run["winch_command"][40:60], same[40:60])
@@ -132,7 +132,7 @@ def test_messages_command_single_cables_of_each_kind():
     cables = names(driven(**TORQUE)[1])
     order = [cables[3], cables[1], cables[0]]
     message = winches(order, [3.3, None, None], [None, None, -0.1], [None, 90.0, None])
-    _, run = driven((20, "winches", message), **TORQUE)
+    _, run = driven((20, "winch_command", message), **TORQUE)
     command = expected(run, 20)
     command[20:, 3], command[20:, 1] = 3.3, 90.0
     command[20:, 0] -= 0.1 * STEP * np.minimum(np.arange(1, 82), 80)  # the last step also decides the last sample
@@ -215,16 +215,21 @@ def test_a_stopped_robot_takes_no_commands():
             {"cable": 1, "rate": 1.0, "length": -3.0},
             "length: expected more than 0 and at most 1e+09 m, got -3",
         ),
-        ({}, "winches", winches(tension=[1.0] * 4), "its winch takes a rate (m/s), a length (m), or both, got tension"),
+        (
+            {},
+            "winch_command",
+            winches(tension=[1.0] * 4),
+            "its winch takes a rate (m/s), a length (m), or both, got tension",
+        ),
         (
             VELOCITY,
-            "winches",
+            "winch_command",
             winches(length=[3.0] * 4),
             "its winch takes a rate (m/s), or with it a length (m), got length",
         ),
-        (TORQUE, "winches", winches(rate=[0.0] * 4), "its winch takes a tension (N), got rate"),
-        ({}, "winches", winches(length=[3.0] * 3), "position: expected no value or 4, one for each cable, got 3"),
-        ({}, "winches", winches(["a", "a"], [3.0] * 2), "name: 'a' occurs twice"),
+        (TORQUE, "winch_command", winches(rate=[0.0] * 4), "its winch takes a tension (N), got rate"),
+        ({}, "winch_command", winches(length=[3.0] * 3), "position: expected no value or 4, one for each cable, got 3"),
+        ({}, "winch_command", winches(["a", "a"], [3.0] * 2), "name: 'a' occurs twice"),
         (
             {"robot.winch.type": "torque", "controller": {"type": "computed_torque"}},
             "hold",

@@ -190,7 +190,7 @@ class WindowDriver(Driver):
             if self._session is None:
                 raise CdprError(NOT_SIMULATED)
             return getattr(self._session, what)  # type: ignore[no-any-return]
-        if what in ("wrench", "tension", "winches"):  # no window sends streams
+        if what in ("wrench", "tension", "winch_command"):  # no window sends streams
             raise unknown(what)
         return super().handler(what)
 

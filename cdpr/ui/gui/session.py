@@ -224,7 +224,7 @@ class SimulationSession:
             raise CdprError("save_run: no sample is complete before the first step")
         run = save(self._sim.so_far(), folder_name(out) if out else None, scenario=self.scenario.yaml_in)
         assert run.folder is not None
-        if len(self._sim.events) > len(self.scenario.events):
+        if self._sim._runner.session:
             self._sim.save(Path(run.folder) / SESSION_NAME)
         touch = cables_in_contact(self.scenario.robot, run, self.scenario.obstacles)
         return partial(_report, run, Path(run.folder), touch)

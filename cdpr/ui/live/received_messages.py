@@ -97,7 +97,7 @@ def _winch(message: dict[str, Any]) -> Request:
             ("tension", "effort", "tensions (N)"),
         )
     }
-    return Request("winches", {"names": _names(message), **values})
+    return Request("winch_command", {"names": _names(message), **values})
 
 
 KNOWN = {TARGET: _target, WRENCH: _wrench, TENSION: _tension, WINCH: _winch}
