@@ -1,7 +1,7 @@
 """Manual control: commands of the cables by requests, in place of the controller.
 
-Requests change the commands of single cables. All other winches keep their last command; those that take rates stand
-still. The simulation records the commands of each step, so that a saved session repeats them.
+Requests change the commands of single cables. All other winches keep their last command; those that take rates stop.
+The simulation records the commands of each step, so that a saved session repeats them.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ class ManualControl:
         self._active = True
         self._pending |= found
 
-    def hold(self, title: str) -> None:
+    def hold(self) -> None:
         """Stop all winches that take lengths or rates.
 
         Raises:
@@ -108,8 +108,8 @@ class ManualControl:
         """
         still = [i for i, takes in enumerate(self._takes) if takes != TENSION]
         if not still:
-            raise CdprError(f"{title}: all winches of this robot take tensions, and hold no length")
-        self.command(title, [(i + 1, CableRequest(rate=0.0)) for i in still])
+            raise CdprError("hold: all winches of this robot take tensions, and hold no length")
+        self.command("winches", [(i + 1, CableRequest(rate=0.0)) for i in still])
 
     def step(self, n: int) -> None:
         """Take n control steps, or those that remain, with these commands, until a stop of the robot."""

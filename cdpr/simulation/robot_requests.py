@@ -153,7 +153,7 @@ class RobotRequests:
 
     def request_hold(self) -> None:
         """Stop all winches that take lengths or rates."""
-        self.manual.hold("hold")
+        self.manual.hold()
 
     def request_control(self) -> None:
         """Return control of the winches to the controller."""

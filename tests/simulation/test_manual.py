@@ -194,7 +194,7 @@ def test_a_stopped_robot_takes_no_commands():
         (31, "jog", {"cable": 1, "rate": 0.1}),
         (31, "hold", {}),
     ]
-    _, run = driven(*script, said=[f"jog: {text}", f"hold: {text}"])
+    _, run = driven(*script, said=[f"jog: {text}", f"winches: {text}"])
     first = run["winch_command"][:, 0]
     assert first[29] - first[19] == pytest.approx(0.002)
     assert run.status == "finished"
@@ -238,7 +238,7 @@ def test_a_stopped_robot_takes_no_commands():
         ),
     ],
 )
-def test_what_winches_do_not_take_is_refused(changes, what, values, text):
+def test_unsupported_commands_are_refused(changes, what, values, text):
     plain = cdpr.simulate(CAMERA, overrides={**SHORT, **changes})
     driver = Asked([(20, what, values)], **changes)
     run = driver.run()
