@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from contextlib import closing
 
 import numpy as np
 import pytest
@@ -71,6 +72,16 @@ def test_a_jogged_winch_winds_at_its_rate_and_all_others_hold():
     np.testing.assert_allclose(run["winch_command"], command, rtol=0, atol=ROUND_OFF)
     assert run["unstretched_length"][70, 1] < run["unstretched_length"][20, 1] - 0.001
     assert np.ptp(run["winch_command"][:20], axis=0).max() >= 0.0
+
+
+def test_winches_wind_at_the_same_time():
+    first, second, third = ({"cable": cable, "rate": rate} for cable, rate in ((1, 0.05), (3, -0.02), (4, 0.01)))
+    _, run = driven((20, "jog", first), (20, "jog", second), (30, "jog", third))
+    command = expected(run, 20)[:-1]  # the last step also decides the last sample
+    k = np.arange(len(command))
+    for cable, rate, start in ((0, 0.05, 19), (2, -0.02, 19), (3, 0.01, 29)):
+        command[:, cable] += np.where(k > start, rate * STEP * (k - start), 0.0)
+    np.testing.assert_allclose(run["winch_command"][:-1], command, rtol=0, atol=ROUND_OFF)
 
 
 @pytest.mark.parametrize("rate", [0.3, -0.3])
@@ -174,6 +185,15 @@ def test_a_saved_session_repeats_the_moves_to_the_bit(changes, tmp_path):
         ("outside", "the command was given from outside (40 samples)"),
         ("outside", "the command was given from outside (41 samples)"),
     ]
+
+
+def test_batches_repeat_a_saved_session_to_the_bit(tmp_path):
+    driver, run = driven((10, "jog", {"cable": 1, "rate": 0.05}), (40, "hold", {}), (50, "control", {}))
+    driver.simulation.save(tmp_path / "session.yaml")
+    with closing(cdpr.Batch(tmp_path / "session.yaml", 2)) as batch:
+        batch.step(100)
+        for column in ("position", "winch_command", "unstretched_length"):
+            assert np.array_equal(batch.column(column), np.tile(run[column][-1][:, None], 2))
 
 
 def test_moves_do_not_depend_on_the_steps_of_a_driver():
