@@ -85,7 +85,9 @@ class RobotRequests:
         """Move the desired pose to a target, as `Simulation.target`; the first doubtful target causes a warning."""
         simulation, attitude = self.simulation, orientation if rpy is None else {"rpy": rpy}
         simulation.target(position, attitude, duration=MOVE if duration is None else duration)
-        doubts, warned = simulation.scenario.doubts(simulation.events), self._target_warned
+        doubts, warned = [*simulation.scenario.doubts(simulation.events)], self._target_warned
+        if self.manual.active:
+            doubts.append("has no effect until the controller has control of the cables again")
         self._target_warned = bool(doubts)
         return CommandWarning(f"target: {'; '.join(doubts)}") if doubts and not warned else None
 

@@ -127,6 +127,12 @@ def test_the_controller_gets_control_back():
     assert not np.array_equal(run["winch_command"][20:40], same[20:40])
 
 
+def test_a_target_without_control_causes_a_warning():
+    target = {"position": [0.0, 0.0, 1.0], "orientation": [1, 0, 0, 0]}
+    said = ["target: has no effect until the controller has control of the cables again"]
+    driven((10, "target", target), (20, "hold", {}), (30, "target", target), (31, "target", target), said=said)
+
+
 def test_a_request_before_the_first_sample_begins_after_it():
     _, plain = driven()
     _, run = driven((0, "jog", {"cable": 1, "rate": 0.1}))
