@@ -37,7 +37,7 @@ from cdpr.cables import brake
 from cdpr.cables.catenary import CATENARY
 from cdpr.cables.chain import DIAMETER, LINEAR_DENSITY, Chain, Number, Winch
 from cdpr.cables.direct import DIRECT
-from cdpr.cables.drum import DRUM
+from cdpr.cables.drum import DRUM, RADIUS
 from cdpr.cables.elastic import ELASTIC
 from cdpr.cables.exit import Exit
 from cdpr.cables.ideal_drive import IDEAL_DRIVE
@@ -190,9 +190,14 @@ def takes_lengths(robot: Robot) -> bool:
     return any(each != "tension" for each in commands_of(robot))
 
 
-def turns(robot: Robot) -> bool:
-    """Return True if some cable is on a winch that turns."""
-    return any(chain_of(robot, cable).winch.states for cable in robot.cables)
+def has_drum(robot: Robot, cable: Cable) -> bool:
+    """Return True if a cable is on a winch that turns, with the radius of a drum."""
+    return bool(chain_of(robot, cable).winch.states) and not math.isnan(RADIUS.of(cable, math.nan))
+
+
+def has_drums(robot: Robot) -> bool:
+    """Return True if `has_drum` is true for some cable."""
+    return any(has_drum(robot, cable) for cable in robot.cables)
 
 
 def has_steppers(robot: Robot) -> bool:

@@ -143,11 +143,12 @@ template <class T> CDPR_INLINE void own_slopes(T kind, WinchMotion<T> motion, T*
     for (int64_t j = 0; j < count; j++) slope[j] = NOT_A_NUMBER;
 }
 
-// Return the tension of an elastic span, N.
+// Return the tension of an elastic span, N; NaN if nothing is unwound.
 template <class T> CDPR_INLINE T pull(T kind, const T* numbers, T length, T unwound, T stretching, T lowest) {
-    if (is(kind, ELASTIC)) return Elastic::pull(numbers, length, unwound, stretching, lowest);
-    if (is(kind, TABULATED)) return Tabulated::pull(numbers, length, unwound, stretching, lowest);
-    return NOT_A_NUMBER;
+    T found = NOT_A_NUMBER;
+    if (is(kind, ELASTIC)) found = Elastic::pull(numbers, length, unwound, stretching, lowest);
+    if (is(kind, TABULATED)) found = Tabulated::pull(numbers, length, unwound, stretching, lowest);
+    return select(unwound > T(0.0), found, T(NOT_A_NUMBER));
 }
 
 // Return the unwound length, m, of an elastic span with this tension, N.

@@ -94,6 +94,11 @@ class Header:
         return [source for source, column in self.works if not column]
 
     @property
+    def takes_lengths(self) -> bool:
+        """True if winches take lengths or rates: commanded tensions are then those that nominal cables have at rest."""
+        return self.layout.has("drums")
+
+    @property
     def true_tension(self) -> str:
         """Column of the true tensions."""
         return "tension" if self.ideal_cables else "cable_tension"

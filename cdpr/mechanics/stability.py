@@ -112,10 +112,10 @@ class Oscillator:
         return platform
 
 
-def known_drums(robot: Robot) -> bool:
-    """Return True if `oscillator` knows the motion of all winches.
+def supports_oscillator(robot: Robot) -> bool:
+    """Return True if `oscillator` supports all winches.
 
-    These are ideal drives, immediate winches, and those that declare radius and inertia of a drum.
+    It supports ideal drives, immediate winches, and those that declare radius and inertia of a drum.
     """
     winches = [chain_of(robot, cable).winch for cable in robot.cables]
     known = (
@@ -143,7 +143,7 @@ def _loops(chain: Chain, cable: Cable) -> tuple[float, float]:
 
 @np.errstate(all="ignore")
 def oscillator(robot: Robot, state: Array, gravity: ArrayLike = GRAVITY) -> Oscillator:
-    """Linearise a robot on winches with `known_drums` about the pose of a state with all cables taut.
+    """Linearise a robot on winches with `supports_oscillator` about the pose of a state with all cables taut.
 
     Args:
         robot: the robot.

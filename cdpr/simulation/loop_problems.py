@@ -12,9 +12,9 @@ from cdpr.base.errors import CdprError
 from cdpr.base.problems import Path
 from cdpr.model.robot import Array
 from cdpr.scenario import Scenario
-from cdpr.simulation.build import StepTooLongError
 from cdpr.simulation.linearised import linearise
 from cdpr.simulation.poles import STABLE, UNDAMPED, UNDECIDED, UNSTABLE, pole_text, poles, sampling, verdict
+from cdpr.simulation.step_checks import StepTooLongError
 
 NOT_COMPUTED = "not computed: "  # begin of a reason why there is no verdict
 HALVINGS = 6  # of a bandwidth, in trials of remedies

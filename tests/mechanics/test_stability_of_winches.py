@@ -107,7 +107,7 @@ def test_a_stepper_adds_the_slope_of_its_torque():
 def test_servos_are_bounded_up_to_the_longest_stable_step(name, monkeypatch):
     scenario = on_servos(**SERVOS[name])
     robot, state = scenario.robot, scenario.initial.state()
-    assert stability.known_drums(robot)
+    assert stability.supports_oscillator(robot)
     step = stability.longest(stability.oscillator(robot, state).semi_implicit, 0.1)
 
     def speed(h):

@@ -1,0 +1,1 @@
+/work/h/faults/tests/plugins/extension_solver/cdpr_least_norm/least_norm.hpp

@@ -1,0 +1,1 @@
+/work/h/faults/tests/support/ros2_stand_ins.hpp
