@@ -15,6 +15,7 @@
 #include <cdpr/cables/servo.hpp>
 #include <cdpr/cables/stepper.hpp>
 #include <cdpr/cables/tabulated/tabulated.hpp>
+#include <cdpr/cables/viscoelastic/viscoelastic.hpp>
 #include <cdpr/cables/winch_tension.hpp>
 
 namespace cdpr::CDPR_TARGET {
@@ -23,7 +24,7 @@ enum ExitKind { POINT, PULLEY };
 constexpr int MOST_OF_EXIT = Pulley::COUNT_WITH_FRICTION;  // numbers of an exit
 
 enum WinchKind { DIRECT, DRUM, IDEAL_DRIVE, POSITION_SERVO, VELOCITY_SERVO, STEPPER, STEPPER_MOTOR };
-enum SpanKind { INEXTENSIBLE, ELASTIC, CATENARY, TABULATED };
+enum SpanKind { INEXTENSIBLE, ELASTIC, CATENARY, TABULATED, VISCOELASTIC };
 
 template <class T> CDPR_INLINE bool is(T kind, int expected) { return first(kind) == expected; }
 
@@ -143,17 +144,43 @@ template <class T> CDPR_INLINE void own_slopes(T kind, WinchMotion<T> motion, T*
     for (int64_t j = 0; j < count; j++) slope[j] = NOT_A_NUMBER;
 }
 
+// Return the number of state numbers of a span.
+template <class T> CDPR_INLINE int64_t span_states(T kind) { return is(kind, VISCOELASTIC) ? Viscoelastic::STATES : 0; }
+
 // Return the tension of an elastic span, N.
-template <class T> CDPR_INLINE T pull(T kind, const T* numbers, T length, T unwound, T stretching, T lowest) {
-    if (is(kind, ELASTIC)) return Elastic::pull(numbers, length, unwound, stretching, lowest);
-    if (is(kind, TABULATED)) return Tabulated::pull(numbers, length, unwound, stretching, lowest);
+template <class T> CDPR_INLINE T pull(T kind, SpanMotion<T> motion, T lowest) {
+    const T *numbers = motion.numbers, length = motion.length, unwound = motion.unwound;
+    if (is(kind, ELASTIC)) return Elastic::pull(numbers, length, unwound, motion.stretching, lowest);
+    if (is(kind, TABULATED)) return Tabulated::pull(numbers, length, unwound, motion.stretching, lowest);
+    if (is(kind, VISCOELASTIC)) return Viscoelastic::pull(motion, lowest);
     return NOT_A_NUMBER;
+}
+
+// Return the tension, N, of an elastic span at rest.
+template <class T> CDPR_INLINE T pull_at_rest(T kind, const T* numbers, T length, T unwound, T lowest) {
+    const T still = 0.0;
+    if (is(kind, ELASTIC)) return Elastic::pull(numbers, length, unwound, still, lowest);
+    if (is(kind, TABULATED)) return Tabulated::pull(numbers, length, unwound, still, lowest);
+    if (is(kind, VISCOELASTIC)) return Viscoelastic::pull_at_rest(numbers, length, unwound, lowest);
+    return NOT_A_NUMBER;
+}
+
+// Write the state numbers of a span at its start, at rest.
+template <class T>
+CDPR_INLINE void span_start(T kind, const T* numbers, T length, T unwound, T lowest, [[maybe_unused]] T* own) {
+    if (is(kind, VISCOELASTIC)) Viscoelastic::start(numbers, length, unwound, lowest, own);
+}
+
+// Write their time derivatives.
+template <class T> CDPR_INLINE void span_slopes(T kind, SpanMotion<T> motion, T lowest, [[maybe_unused]] T* slope) {
+    if (is(kind, VISCOELASTIC)) Viscoelastic::slopes(motion, lowest, slope);
 }
 
 // Return the unwound length, m, of an elastic span with this tension, N.
 template <class T> CDPR_INLINE T rest(T kind, const T* numbers, T length, T tension) {
     if (is(kind, ELASTIC)) return Elastic::rest(numbers, length, tension);
     if (is(kind, TABULATED)) return Tabulated::rest(numbers, length, tension);
+    if (is(kind, VISCOELASTIC)) return Viscoelastic::rest(numbers, length, tension);
     return NOT_A_NUMBER;
 }
 

@@ -301,12 +301,17 @@ def check_cables(scenario: Scenario, backend: Registered) -> None:
                 f"backend '{backend.info.name}' does not support {key} {model}: choose another backend, or "
                 f"set {key} to {COMMANDED}"
             )
-    from cdpr.mechanics.stability import known_drums, longest, oscillator, shortest_lag, stable
+    from cdpr.mechanics.stability import known_drums, longest, oscillator, shortest_creep, shortest_lag, stable
 
     if step > 2.0 * (lag := shortest_lag(robot)):
         raise CdprError(
             f"simulation.physics_step {step:g} s is too long for a winch with the torque_lag {lag:g} s: expected at "
             "most twice the lag; set torque_lag: 0, or a shorter step"
+        )
+    if step > 2.0 * (time := shortest_creep(robot)):
+        raise CdprError(
+            f"simulation.physics_step {step:g} s is too long for cables whose tension relaxes in {time:g} s: expected at "
+            "most twice this time; set longer times in cable.creep, or a shorter step"
         )
     if not known_drums(robot) or _empty_drum(scenario):
         return
