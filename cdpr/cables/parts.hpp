@@ -147,22 +147,23 @@ template <class T> CDPR_INLINE void own_slopes(T kind, WinchMotion<T> motion, T*
 // Return the number of state numbers of a span.
 template <class T> CDPR_INLINE int64_t span_states(T kind) { return is(kind, VISCOELASTIC) ? Viscoelastic::STATES : 0; }
 
+// Return the tension of an elastic span without states, N.
+template <class T> CDPR_INLINE T pull(T kind, const T* numbers, T length, T unwound, T stretching, T lowest) {
+    if (is(kind, ELASTIC)) return Elastic::pull(numbers, length, unwound, stretching, lowest);
+    if (is(kind, TABULATED)) return Tabulated::pull(numbers, length, unwound, stretching, lowest);
+    return NOT_A_NUMBER;
+}
+
 // Return the tension of an elastic span, N.
 template <class T> CDPR_INLINE T pull(T kind, SpanMotion<T> motion, T lowest) {
-    const T *numbers = motion.numbers, length = motion.length, unwound = motion.unwound;
-    if (is(kind, ELASTIC)) return Elastic::pull(numbers, length, unwound, motion.stretching, lowest);
-    if (is(kind, TABULATED)) return Tabulated::pull(numbers, length, unwound, motion.stretching, lowest);
     if (is(kind, VISCOELASTIC)) return Viscoelastic::pull(motion, lowest);
-    return NOT_A_NUMBER;
+    return pull(kind, motion.numbers, motion.length, motion.unwound, motion.stretching, lowest);
 }
 
 // Return the tension, N, of an elastic span at rest.
 template <class T> CDPR_INLINE T pull_at_rest(T kind, const T* numbers, T length, T unwound, T lowest) {
-    const T still = 0.0;
-    if (is(kind, ELASTIC)) return Elastic::pull(numbers, length, unwound, still, lowest);
-    if (is(kind, TABULATED)) return Tabulated::pull(numbers, length, unwound, still, lowest);
     if (is(kind, VISCOELASTIC)) return Viscoelastic::pull_at_rest(numbers, length, unwound, lowest);
-    return NOT_A_NUMBER;
+    return pull(kind, numbers, length, unwound, T(0.0), lowest);
 }
 
 // Write the state numbers of a span at its start, at rest.

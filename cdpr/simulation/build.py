@@ -310,8 +310,8 @@ def check_cables(scenario: Scenario, backend: Registered) -> None:
         )
     if step > 2.0 * (time := shortest_creep(robot)):
         raise CdprError(
-            f"simulation.physics_step {step:g} s is too long for cables whose tension relaxes in {time:g} s: expected at "
-            "most twice this time; set longer times in cable.creep, or a shorter step"
+            f"simulation.physics_step {step:g} s is too long for cables whose tension relaxes in {time:g} s: expected "
+            "at most twice this time; set longer times in cable.creep, or a shorter step"
         )
     if not known_drums(robot) or _empty_drum(scenario):
         return

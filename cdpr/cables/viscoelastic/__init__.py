@@ -3,22 +3,22 @@
 Fibre ropes become longer under a constant load, recover when it is removed, and follow another curve when unloaded. Of
 the length l (m) the part l0 is unwound; the strain is e = (l - l0) / l0. The tension is T = Q + H + d (l' - l0').
 
-Creep: Q = E A (e - c_1 - c_2 - c_3) is the tension of a spring in series with up to three elements of Kelvin and Voigt,
-c_k' = (phi_k Q / (E A) - c_k) / tau_k, a Prony series of the compliance. Under a constant tension the strain is Q / (E A)
-(1 + sum of phi_k (1 - exp(-t / tau_k))). Piao et al. (2017), "Open-loop position control of a polymer cable-driven
-parallel robot via a viscoelastic cable model for high payload workspaces", use two elements for the polymer cables of a
-robot; phi_k is the stiffness of the spring divided by that of the element.
+Creep: Q = E A (e - c_1 - c_2 - c_3) is the tension of a spring in series with up to three elements of Kelvin and
+Voigt, c_k' = (phi_k Q / (E A) - c_k) / tau_k, a Prony series of the compliance. Under a constant tension the strain is
+Q / (E A) (1 + sum of phi_k (1 - exp(-t / tau_k))). Piao et al. (2017), "Open-loop position control of a polymer
+cable-driven parallel robot via a viscoelastic cable model for high payload workspaces", use two elements for the
+polymer cables of a robot; phi_k is the stiffness of the spring divided by that of the element.
 
-Hysteresis: H = K (e - p) is a spring K in series with a slip p, p' = e' |H| / S if the strain moves on in the direction
-of H, otherwise p' = 0. This is the model of Bouc (1967) and Wen (1976), H' = K e' - (|e' H| + e' H) K / (2 S), with A =
-1, beta = gamma = 1/2 and n = 1, in the form of an internal variable. Miyasaka et al. (2016), "Hysteresis model of
-longitudinally loaded cable for cable driven robots and identification of the parameters", use this model for the steel
-cables of robots. It does not depend on the speed. H approaches S with the strain S / K after a reversal. A loop between
-+-a with a far above S / K loses about 4 S a of energy per unwound length. The elastic stiffness of a small reversal is
-E A + K.
+Hysteresis: H = K (e - p) is a spring K in series with a slip p, p' = e' |H| / S while the strain changes in the
+direction of H, otherwise p' = 0. This is the model of Bouc (1967) and Wen (1976), H' = K e' - (|e'| H + e' |H|) K / (2
+S), with A = 1, beta = gamma = 1/2 and n = 1, with an internal variable. Miyasaka et al. (2016), "Hysteresis model of
+longitudinally loaded cable for cable driven robots and identification of the parameters", use Bouc and Wen's model for
+the steel cables of robots. It does not depend on the speed. After a reversal, H approaches S over strains of the size
+S / K. A loop between strains +-a far above S / K loses about 4 S a of energy per unwound length. The stiffness of a
+small reversal is E A + K.
 
-A slack cable, with Q + H at most 0, has no tension: its creep recovers, and its slip rests. The strains are those of the
-whole unwound length: cable that the drum pays out has crept as much as the cable in use.
+A slack cable, with Q + H at most 0, has no tension: its creep recovers, and its slip rests. The strains are those of
+the whole unwound length: cable that the drum pays out has crept as much as the cable in use.
 
 At the start of a run, the creep has progressed by a share `creep_progress` of its end under the first tension: 0 for a
 new cable, 1 for one that has had its load for a long time. The hysteresis begins in the middle of its loop. Equilibria,
@@ -45,7 +45,9 @@ ELEMENTS = 3  # as in viscoelastic.hpp
 KEY = "creep"
 COEFFICIENTS, TIMES = (
     tuple(
-        Number(f"cable.creep_{key}_{k}", NonNegative, unit, f"creep, {text} of element {k}, 0 without it", 0.0, table=KEY)
+        Number(
+            f"cable.creep_{key}_{k}", NonNegative, unit, f"creep, {text} of element {k}, 0 without it", 0.0, table=KEY
+        )
         for k in range(1, ELEMENTS + 1)
     )
     for key, unit, text in (
@@ -101,7 +103,6 @@ class Viscoelastic(Span):
         """Return the shortest time in which its tension relaxes at a constant length, s."""
         coefficients, times = ([number.of(cable) for number in numbers] for numbers in (COEFFICIENTS, TIMES))
         return min((time for time in times if time > 0.0), default=float("inf")) / (1.0 + sum(coefficients))
-
 
     def nonlinear(self, cable: Cable) -> str:
         """Return a reason for a cable with hysteresis."""

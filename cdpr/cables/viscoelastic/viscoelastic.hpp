@@ -15,7 +15,9 @@ struct Viscoelastic {
                          FRICTION_TENSION = 9, PROGRESS = 10;
     static constexpr int ELEMENTS = 3, SLIP = ELEMENTS, STATES = ELEMENTS + 1;
 
-    template <class T> static CDPR_INLINE Truth<T> creeps(const T* numbers, int k) { return numbers[TIME + k] > T(0.0); }
+    template <class T> static CDPR_INLINE Truth<T> creeps(const T* numbers, int k) {
+        return numbers[TIME + k] > T(0.0);
+    }
 
     // Return the strain of the spring E A.
     template <class T> static CDPR_INLINE T spring_strain(const T* own, T strain) {
