@@ -18,6 +18,7 @@ from cdpr.mechanics.potential import Potential, rest_lengths
 from cdpr.mechanics.stiffness import stiffness
 from cdpr.native.bind import bind
 from cdpr.scenario.from_python import _cables
+from cdpr.simulation.poles import closed_loop
 
 ELEMENTS = [[0.3, 0.05], [0.2, 2.0]]  # creep coefficients, and retardation times, s
 HYSTERESIS = {"hysteresis_stiffness": 1e4, "hysteresis_tension": 15.0}  # N
@@ -222,7 +223,7 @@ def test_the_loss_of_a_hysteresis_loop():
         found[j] = rope.light
     cycle = slice(4000, 8000)
     lost = -np.sum(0.5 * (found[cycle][1:] + found[cycle][:-1]) * np.diff(strains[cycle])[:, None], axis=0)
-    # From -h to h: elastic up to H = 0, then S (1 - exp(-K e / S)); h closes the loop.
+    # Way up, -h to h: elastic up to H = 0, then S (1 - exp(-K e / S)); h closes the loop.
     h = most
     for _ in range(100):
         h = most * (1.0 - np.exp(-k * (2.0 * amplitude - h / k) / most))
@@ -287,6 +288,32 @@ def test_a_run_repeats_after_a_restored_moment():
         simulation.restore(saved)
         simulation.step(50)
         assert simulation.state.tobytes() == first.tobytes()
+
+
+@pytest.mark.slow
+def test_a_rollout_has_the_bits_of_its_runs():
+    numbers = {**KEYS, **{f"cable.{key}": value for key, value in HYSTERESIS.items()}}
+    changes = {f"robot.{key}": value for key, value in numbers.items()} | {"simulation.duration": 0.1}
+    vary = {"robot.cable.creep_progress": {"uniform": [0.0, 1.0]}}
+    found = cdpr.rollout("winch", 8, vary=vary, overrides=changes, every=1)
+    for i in range(8):
+        run = cdpr.simulate("winch", overrides=changes | {key: values[i] for key, values in found.values.items()})
+        assert found.position[i].tobytes() == run.position.tobytes()
+    assert len(set(found.position[:, -1, 2])) == 8
+
+
+def test_poles_hold_the_creep_and_reject_hysteresis():
+    still = cdpr.load_scenario("creep").initial.state()[:7]
+    elastic = {"robot.cable.model": "elastic", "robot.cable.creep": None}
+    # the first period of the creep changes the stretch by some thousandths
+    changes = [{}, elastic, {f"robot.cable.{key}": value for key, value in HYSTERESIS.items()}]
+    creeping, plain, sticky = (closed_loop(cdpr.load_scenario("creep", overrides=each), still) for each in changes)
+    assert creeping["notes"] == ["the creep of the cables is held at its value at the start of a run"]
+    poles = [
+        [(each["real_per_s"], each["imaginary_rad_per_s"]) for each in loop["poles"]] for loop in (creeping, plain)
+    ]
+    np.testing.assert_allclose(poles[0], poles[1], rtol=5e-3, atol=1e-6)
+    assert "hysteresis of cables is not linear" in sticky["problem"]
 
 
 def test_the_creep_is_a_table_in_files():
