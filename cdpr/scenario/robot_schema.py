@@ -378,8 +378,7 @@ class RobotSection(Section):
         winch = self._own(cable, "winch")
         given = {key: self._own(cable, key) for key in CABLE_KEYS}
         numbers = {key: value for key, value in given.items() if value is not None}
-        for key, table in TABLES.items():
-            numbers |= table.numbers(numbers.pop(key, ()))
+        numbers |= {k: v for key, table in TABLES.items() for k, v in table.numbers(numbers.pop(key, ())).items()}
         return Cable(
             name=cable_name(cable, i),
             frame=frozen_array(anchor),
