@@ -59,6 +59,7 @@ template <class T, class Anchors> inline void write_slopes(const Plant<T>& plant
         const bool stretches = plant.stretches(i);
         write_own_slopes(plant, i, slopes.own(i, stretches));
         if (!stretches) continue;
+        write_span_slopes(plant, i, slopes.of_span(i, plant.chain(i)));
         slopes.unwound(i) = -plant.chain(i).per_turn(plant.unwound(i)) * plant.speed(i);
         slopes.speed(i) = winch_acceleration(plant, i, before.speed(i));
     }

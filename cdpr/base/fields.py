@@ -137,6 +137,7 @@ WholeOrNumber = Annotated[int | float, AfterValidator(_moderate)]  # whole numbe
 Highest = Annotated[float, Field(allow_inf_nan=True), AfterValidator(_highest)]
 Positive = Annotated[float, Field(gt=0), AfterValidator(_moderate)]
 NonNegative = Annotated[float, Field(ge=0), AfterValidator(_moderate)]
+Share = Annotated[float, Field(ge=0, le=1)]
 Efficiency = Annotated[float, Field(gt=0, le=1)]
 AtLeastOne = Annotated[float, Field(ge=1), AfterValidator(_moderate)]
 Vector3 = tuple[Number, Number, Number]

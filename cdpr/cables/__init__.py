@@ -12,6 +12,7 @@ and a span each:
   with the first commanded tension and winds at the rate of the length.
 - `catenary`: the same winch, with a cable that stretches and sags under its weight (`cdpr.cables.catenary`).
 - `tabulated`: the same winch, with a cable that stretches by a measured curve (`cdpr.cables.tabulated`).
+- `viscoelastic`: the same winch, with a cable that creeps and has hysteresis (`cdpr.cables.viscoelastic`).
 
 In robot files, `inextensible` selects the span alone: it is `rigid` if the winch has an inertia, and `ideal` otherwise.
 
@@ -44,7 +45,8 @@ from cdpr.cables.ideal_drive import IDEAL_DRIVE
 from cdpr.cables.inextensible import INEXTENSIBLE
 from cdpr.cables.servo import POSITION_SERVO, VELOCITY_SERVO
 from cdpr.cables.stepper import STEPPER, STEPPER_MOTOR, STEPPERS
-from cdpr.cables.tabulated import TABULATED
+from cdpr.cables.tabulated import CURVE, TABULATED
+from cdpr.cables.viscoelastic import CREEP, VISCOELASTIC
 from cdpr.model import Cable, Robot
 from cdpr.model.robot import COMMANDED
 
@@ -66,7 +68,11 @@ MODELS = {
     "elastic": Chain(DRUM, ELASTIC),
     "catenary": Chain(DRUM, CATENARY),
     "tabulated": Chain(DRUM, TABULATED),
+    "viscoelastic": Chain(DRUM, VISCOELASTIC),
 }
+
+# Numbers that robot files give as lists of rows, by key.
+TABLES = {table.key: table for table in (CURVE, CREEP)}
 
 SPAN_ALONE = "inextensible"  # name in robot files only: see `named`
 

@@ -75,11 +75,11 @@ template <class T> CDPR_INLINE T unwound_length(ChainRow<T> row, const BentSpan<
 template <class T> CDPR_INLINE T tension_at(ChainRow<T> row, const BentSpan<T>& ends, T length, T unwound) {
     const T kind = row.span_kind(), still = 0.0;
     if (bends(kind)) return bent_pull(kind, ends, unwound, still, row.lowest()).tension;
-    return pull(kind, row.span(), length, unwound, still, row.lowest());
+    return pull_at_rest(kind, row.span(), length, unwound, row.lowest());
 }
 
 // State numbers of all winches, cable by cable: of a cable that stretches the unwound length, m, and the speed of its
-// winch, rad/s, positive when winding in; then the winch's own.
+// winch, rad/s, positive when winding in; then the winch's own, then those of the span.
 template <class T> struct WinchStates {
     static constexpr int COORDINATE = 2;  // numbers of the first kind
 
@@ -90,7 +90,18 @@ template <class T> struct WinchStates {
     CDPR_INLINE T& speed(int64_t i) const { return numbers[places[i] + 1]; }
     CDPR_INLINE int64_t own_place(int64_t i, bool stretches) const { return places[i] + (stretches ? COORDINATE : 0); }
     CDPR_INLINE T* own(int64_t i, bool stretches) const { return numbers + own_place(i, stretches); }
-    CDPR_INLINE int64_t own_count(int64_t i, bool stretches) const { return places[i + 1] - own_place(i, stretches); }
+    CDPR_INLINE int64_t own_count(int64_t i, ChainRow<T> row) const {
+        return places[i + 1] - own_place(i, row.stretches()) - span_states(row.span_kind());
+    }
+    CDPR_INLINE T* of_span(int64_t i, ChainRow<T> row) const {
+        return numbers + (places[i + 1] - span_states(row.span_kind()));
+    }
+
+    // Return the motion of a span that stretches, with this length, m, and rate, m/s.
+    CDPR_INLINE SpanMotion<T> span(int64_t i, ChainRow<T> row, T length, T rate) const {
+        const T unwound = this->unwound(i), wound = row.per_turn(unwound) * speed(i);
+        return {row.span(), of_span(i, row), length, unwound, -wound, rate + wound};
+    }
 };
 
 // The next three are compiled into exported FMUs (cdpr/fmu/export/source/actuator.cpp).
@@ -113,9 +124,8 @@ template <class T> inline int chain_tensions(ChainTensions<T>& cables) {
         const ChainRow<T> row = chain_row(cables.chains, i);
         WinchTension<T> own;
         if (row.stretches()) {
-            const T unwound = cables.states.unwound(i);
-            const T stretching = cables.rate[i] + row.per_turn(unwound) * cables.states.speed(i);
-            own = {pull(row.span_kind(), row.span(), cables.length[i], unwound, stretching, row.lowest()), 0.0};
+            const SpanMotion<T> motion = cables.states.span(i, row, cables.length[i], cables.rate[i]);
+            own = {pull(row.span_kind(), motion, row.lowest()), 0.0};
         } else {
             own = row.held(cables.states.own(i, false), cables.command[i], cables.length[i], cables.rate[i],
                            cables.length_acceleration[i]);
@@ -131,6 +141,8 @@ template <class T> struct ChainSlopes {
     const T* chains;   // (m, 33)
     const T* command;  // (m), N
     const T* tension;  // (m), N
+    const T* length;   // (m), m
+    const T* rate;     // (m), m/s
     WinchStates<T> states;
     WinchStates<T> slopes;
     int64_t m;
@@ -147,7 +159,9 @@ template <class T> inline int chain_slopes(ChainSlopes<T>& cables) {
         const WinchMotion<T> motion = {numbers, own, cables.command[i], load, unwound, speed};
         slopes.unwound(i) = -row.per_turn(unwound) * speed;
         slopes.speed(i) = drum_acceleration(row.winch_kind(), motion);
-        own_slopes(row.winch_kind(), motion, slopes.own(i, true), states.own_count(i, true));
+        own_slopes(row.winch_kind(), motion, slopes.own(i, true), states.own_count(i, row));
+        span_slopes(row.span_kind(), states.span(i, row, cables.length[i], cables.rate[i]), row.lowest(),
+                    slopes.of_span(i, row));
     }
     return 0;
 }
@@ -167,13 +181,14 @@ template <class T> inline int chain_start(ChainStart<T>& cables) {
         const ChainRow<T> row = chain_row(cables.chains, i);
         if (!row.stretches()) continue;
         const T command = cables.command[i];
-        const T unwound = rest(row.span_kind(), row.span(), cables.length[i], command);
+        const T kind = row.span_kind(), length = cables.length[i], unwound = rest(kind, row.span(), length, command);
         const T speed = -cables.rate[i] / row.per_turn(unwound), load = row.load(command, speed);
         T present[ChainRow<T>::NUMBERS], *own = cables.states.own(i, true);
         cables.states.unwound(i) = unwound;
         cables.states.speed(i) = speed;
+        span_start(kind, row.span(), length, unwound, row.lowest(), cables.states.of_span(i, row));
         own_start(row.winch_kind(), {row.winch(unwound, present), own, command, load, unwound, speed}, own,
-                  cables.states.own_count(i, true));
+                  cables.states.own_count(i, row));
     }
     return 0;
 }

@@ -12,7 +12,7 @@ of the winch's coordinate, the unwound length changes by the first of the winch'
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -29,13 +29,14 @@ from cdpr.model.robot import Array
 MOST = 12  # maximum numbers of a part, as in chain.hpp
 COORDINATE = 2  # states of a winch that turns: unwound length, and speed of its coordinate
 MOST_STATES = 16  # maximum states of a winch, as in winch_tension.hpp
+MOST_SPAN_STATES = 4  # maximum states of a span, as in span_motion.hpp
 
 # Reserved keys of robot files and names in `cdpr.model`, which are no numbers of parts; attributes of sections are
 # reserved, too.
 TAKEN = {
     "cable": (
         *("name", "frame", "platform", "tension", "tension_min", "tension_max", "length", "length_min", "length_max"),
-        *("speed_max", "winch", "exit", "model", "own", "stiffness_table"),
+        *("speed_max", "winch", "exit", "model", "own", "stiffness_table", "creep"),
     ),
     "winch": ("build", "own", "type"),
 }
@@ -113,6 +114,36 @@ class Number:
             lacking = self.owner if holder is None else self.file_key
             raise CdprError(f"cable '{cable.name}' has no {lacking}, which its cable model needs")
         return float(value)
+
+
+@dataclass(frozen=True)
+class Table:
+    """Numbers of a cable that robot files give as a list of rows.
+
+    Attributes:
+        key: key of the list.
+        kind: type of its value.
+        text: description.
+        columns: numbers of each column, row by row; the first one is positive in each row that the list contains.
+    """
+
+    key: str
+    kind: Any
+    text: str
+    columns: tuple[tuple[Number, ...], ...]
+
+    def numbers(self, rows: Sequence[Sequence[float]]) -> dict[str, float]:
+        """Return the numbers of a cable with these rows, by key."""
+        return {
+            number.key: float(value)
+            for row, numbers in zip(rows, zip(*self.columns, strict=True), strict=False)
+            for number, value in zip(numbers, row, strict=True)
+        }
+
+    def rows(self, own: Mapping[str, float]) -> list[tuple[float, ...]]:
+        """Return the rows from a cable's numbers, by key; [] without any."""
+        rows = [tuple(own.get(number.key, 0.0) for number in row) for row in zip(*self.columns, strict=True)]
+        return [row for row in rows if row[0] > 0.0]
 
 
 # Numbers of any cable, independent of its parts.
@@ -226,6 +257,10 @@ class Span(Part):
     stretching rate, m/s; `rest(numbers, length, tension)` returns the unwound length at this tension. A span without a
     header does not stretch.
 
+    Kernel of a span with states (`cdpr/cables/viscoelastic/viscoelastic.hpp`): `pull(motion, lowest)` takes a
+    `SpanMotion` with its states, and `pull_at_rest` those of a cable at rest. `start` writes the states at the start,
+    `slopes` their time derivatives.
+
     Kernel of a span that bends: in place of the length it takes a `BentSpan` (chord, m, from the platform to the exit,
     world axes; length of cable on the exit, m; gravity, m/s^2). `pull(span, unwound, lowest)` returns the force on the
     platform and the tension at the winch, N; `rest(span, tension)` is as above. Equilibria and stiffness also need its
@@ -233,9 +268,21 @@ class Span(Part):
 
     Attributes:
         bends: True if its force on the platform may differ in direction from the chord.
+        states: number of its states, at most MOST_SPAN_STATES; of a span that stretches along its chord.
+
+    Raises:
+        CdprError: for another number of states.
     """
 
     bends: bool = False
+    states: int = 0
+
+    def __post_init__(self) -> None:
+        """Raise CdprError for numbers or states that the kernels do not support."""
+        super().__post_init__()
+        most = MOST_SPAN_STATES if self.header and not self.bends else 0
+        if type(self.states) is not int or not 0 <= self.states <= most:
+            raise CdprError(f"{self.header or 'a span'}: states: expected 0 to {most}, got {short_repr(self.states)}")
 
     def stiffest(self, cable: Cable) -> float:
         """Return the largest axial stiffness of a cable under any tension, N; 0 if it is not known."""
@@ -252,6 +299,14 @@ class Span(Part):
             (k,) N; 0 if it is not known.
         """
         return np.full(len(tension), cable.axial_stiffness or 0.0)
+
+    def shortest_time(self, cable: Cable) -> float:
+        """Return the shortest time constant of its states, s; infinite without any."""
+        return math.inf
+
+    def nonlinear(self, cable: Cable) -> str:
+        """Return the reason why a loop with this cable has no linearisation at rest; "" if it has one."""
+        return ""
 
 
 @dataclass(frozen=True)
@@ -280,8 +335,9 @@ class Chain:
 
     @property
     def states(self) -> int:
-        """Number of states: those of the winch, without its coordinate if that follows the cable."""
-        return self.winch.states if self.stretches else max(self.winch.states - COORDINATE, 0)
+        """Number of states: those of the span and of the winch, without its coordinate if that follows the cable."""
+        winch = self.winch.states if self.stretches else max(self.winch.states - COORDINATE, 0)
+        return winch + self.span.states
 
     @property
     def stretches(self) -> bool:

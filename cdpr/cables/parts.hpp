@@ -16,6 +16,7 @@
 #include <cdpr/cables/servo.hpp>
 #include <cdpr/cables/stepper.hpp>
 #include <cdpr/cables/tabulated/tabulated.hpp>
+#include <cdpr/cables/viscoelastic/viscoelastic.hpp>
 #include <cdpr/cables/winch_tension.hpp>
 
 namespace cdpr::CDPR_TARGET {
@@ -24,7 +25,7 @@ enum ExitKind { POINT, PULLEY };
 constexpr int MOST_OF_EXIT = Pulley::COUNT_WITH_FRICTION;  // numbers of an exit
 
 enum WinchKind { DIRECT, DRUM, IDEAL_DRIVE, POSITION_SERVO, VELOCITY_SERVO, STEPPER, STEPPER_MOTOR };
-enum SpanKind { INEXTENSIBLE, ELASTIC, CATENARY, TABULATED };
+enum SpanKind { INEXTENSIBLE, ELASTIC, CATENARY, TABULATED, VISCOELASTIC };
 
 template <class T> CDPR_INLINE bool is(T kind, int expected) { return first(kind) == expected; }
 
@@ -144,7 +145,10 @@ template <class T> CDPR_INLINE void own_slopes(T kind, WinchMotion<T> motion, T*
     for (int64_t j = 0; j < count; j++) slope[j] = NOT_A_NUMBER;
 }
 
-// Return the tension of an elastic span, N; NaN if nothing is unwound.
+// Return the number of state numbers of a span.
+template <class T> CDPR_INLINE int64_t span_states(T kind) { return is(kind, VISCOELASTIC) ? Viscoelastic::STATES : 0; }
+
+// Return the tension of an elastic span without states, N; NaN if nothing is unwound.
 template <class T> CDPR_INLINE T pull(T kind, const T* numbers, T length, T unwound, T stretching, T lowest) {
     T found = NOT_A_NUMBER;
     if (is(kind, ELASTIC)) found = Elastic::pull(numbers, length, unwound, stretching, lowest);
@@ -152,10 +156,36 @@ template <class T> CDPR_INLINE T pull(T kind, const T* numbers, T length, T unwo
     return select(unwound > T(0.0), found, T(NOT_A_NUMBER));
 }
 
+// Return the tension of an elastic span, N; NaN if nothing is unwound.
+template <class T> CDPR_INLINE T pull(T kind, SpanMotion<T> motion, T lowest) {
+    if (is(kind, VISCOELASTIC))
+        return select(motion.unwound > T(0.0), Viscoelastic::pull(motion, lowest), T(NOT_A_NUMBER));
+    return pull(kind, motion.numbers, motion.length, motion.unwound, motion.stretching, lowest);
+}
+
+// Return the tension, N, of an elastic span at rest; NaN if nothing is unwound.
+template <class T> CDPR_INLINE T pull_at_rest(T kind, const T* numbers, T length, T unwound, T lowest) {
+    if (is(kind, VISCOELASTIC))
+        return select(unwound > T(0.0), Viscoelastic::pull_at_rest(numbers, length, unwound, lowest), T(NOT_A_NUMBER));
+    return pull(kind, numbers, length, unwound, T(0.0), lowest);
+}
+
+// Write the state numbers of a span at its start, at rest.
+template <class T>
+CDPR_INLINE void span_start(T kind, const T* numbers, T length, T unwound, T lowest, [[maybe_unused]] T* own) {
+    if (is(kind, VISCOELASTIC)) Viscoelastic::start(numbers, length, unwound, lowest, own);
+}
+
+// Write their time derivatives.
+template <class T> CDPR_INLINE void span_slopes(T kind, SpanMotion<T> motion, T lowest, [[maybe_unused]] T* slope) {
+    if (is(kind, VISCOELASTIC)) Viscoelastic::slopes(motion, lowest, slope);
+}
+
 // Return the unwound length, m, of an elastic span with this tension, N.
 template <class T> CDPR_INLINE T rest(T kind, const T* numbers, T length, T tension) {
     if (is(kind, ELASTIC)) return Elastic::rest(numbers, length, tension);
     if (is(kind, TABULATED)) return Tabulated::rest(numbers, length, tension);
+    if (is(kind, VISCOELASTIC)) return Viscoelastic::rest(numbers, length, tension);
     return NOT_A_NUMBER;
 }
 

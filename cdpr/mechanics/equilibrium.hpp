@@ -59,8 +59,8 @@ inline double load_span(const Potential& at, int64_t i) {
                                          0.17392742256872692};
     const ChainRow<double> row = chain_row(at.chains, i);
     const double l = at.length[i], l0 = at.unwound[i], lowest = row.lowest(), stretch = l - l0;
-    const auto of_length = [&](double x) { return pull(row.span_kind(), row.span(), x, l0, 0.0, lowest); };
-    const auto of_unwound = [&](double x) { return pull(row.span_kind(), row.span(), l, x, 0.0, lowest); };
+    const auto of_length = [&](double x) { return pull_at_rest(row.span_kind(), row.span(), x, l0, lowest); };
+    const auto of_unwound = [&](double x) { return pull_at_rest(row.span_kind(), row.span(), l, x, lowest); };
     const double t = of_length(l);
     const bool slack = t <= lowest;
     at.tension[i] = t;

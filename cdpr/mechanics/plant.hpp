@@ -33,7 +33,7 @@ template <class T> struct Plant {
     const T* command;      // (m), of each winch: N, m or m/s
     const T* external;     // (6), wrench at the platform's origin, N and N m
     T* body;               // (13), state of the body
-    T* winch;              // (s), state numbers of the winches, WinchStates; NaN before the start
+    T* winch;              // (s), state numbers of winches and spans, WinchStates; NaN before the start
     T* tension;            // (m), N
     T* highest;            // (m), largest size of each tension since the start, N
     T* length;             // (m), m
@@ -68,7 +68,8 @@ template <class T> struct Plant {
     CDPR_INLINE T& unwound(int64_t i) const { return states().unwound(i); }  // of a cable that stretches
     CDPR_INLINE T& speed(int64_t i) const { return states().speed(i); }      // of its winch
     CDPR_INLINE T* own(int64_t i) const { return states().own(i, stretches(i)); }
-    CDPR_INLINE int64_t own_count(int64_t i) const { return states().own_count(i, stretches(i)); }
+    CDPR_INLINE int64_t own_count(int64_t i) const { return states().own_count(i, chain(i)); }
+    CDPR_INLINE SpanMotion<T> span_motion(int64_t i) const { return states().span(i, chain(i), length[i], rate[i]); }
 
     // Return the unwound length of cable i, m, and the speed of its winch; a cable that does not stretch moves it.
     CDPR_INLINE T unwound_or_length(int64_t i) const { return stretches(i) ? unwound(i) : length[i]; }

@@ -241,6 +241,14 @@ def shortest_lag(robot: Robot) -> tuple[float, str]:
     return min(lags, key=lambda each: each[0], default=(np.inf, ""))
 
 
+def shortest_creep(robot: Robot) -> float:
+    """Return the shortest time in which the tension of a cable relaxes by creep [s], infinite without any.
+
+    Without more, it requires steps of at most twice its value.
+    """
+    return min((chain_of(robot, cable).span.shortest_time(cable) for cable in robot.cables), default=np.inf)
+
+
 def stable(step: Array) -> bool:
     """Return True if repeated steps (k, k) do not grow; False for steps that are not finite."""
     return _radius(step) <= 1.0 + GROWTH

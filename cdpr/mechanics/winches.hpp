@@ -33,6 +33,9 @@ template <class T> inline void start_stretching_cable(Plant<T>& plant, Truth<T> 
     const T speed = -plant.rate[i] / row.per_turn(unwound);
     plant.unwound(i) = select(fresh, unwound, plant.unwound(i));
     plant.speed(i) = select(fresh, speed, plant.speed(i));
+    T start[MOST_SPAN_STATES], *own = plant.states().of_span(i, row);
+    span_start(row.span_kind(), row.span(), plant.length[i], plant.unwound(i), row.lowest(), start);
+    for (int64_t j = 0; j < span_states(row.span_kind()); j++) own[j] = select(fresh, start[j], own[j]);
 }
 
 // Return the tension of cable i at its winch at the start, N.
@@ -96,8 +99,7 @@ template <class T, class Anchors> inline bool write_light_tensions(Plant<T>& pla
                            is_heavy(row.winch_kind()) ? length_acceleration(plant, anchors, i) : T(0.0));
             if (plant.rubs(i)) own = {own.tension / plant.at_winch[i], own.mass / plant.at_winch[i]};
         } else if (!bends(row.span_kind())) {
-            own.tension =
-                pull(row.span_kind(), row.span(), plant.length[i], plant.unwound(i), plant.stretching(i), row.lowest());
+            own.tension = pull(row.span_kind(), plant.span_motion(i), row.lowest());
         }
         plant.light[i] = own.tension;
         plant.mass[i] = own.mass;
@@ -204,6 +206,12 @@ template <class T> CDPR_INLINE void write_own_slopes(const Plant<T>& plant, int6
     own_slopes(plant.chain(i).winch_kind(), motion, slope, plant.own_count(i));
 }
 
+// Write those of the states of span i, which stretches.
+template <class T> CDPR_INLINE void write_span_slopes(const Plant<T>& plant, int64_t i, T* slope) {
+    const ChainRow<T> row = plant.chain(i);
+    if (span_states(row.span_kind())) span_slopes(row.span_kind(), plant.span_motion(i), row.lowest(), slope);
+}
+
 // Return the torque of the motor of winch i about the drum's axis, N m: 0 without power, NaN for a winch without one.
 template <class T> CDPR_INLINE T present_torque(const Plant<T>& plant, int64_t i, WinchMotion<T> motion) {
     const T torque = motor_torque(plant.chain(i).winch_kind(), motion);
@@ -300,7 +308,7 @@ template <class T> inline int read_bent_cables(BentReadings<T>& problem) {
 }
 
 // `settle_winches`, then a step of the winches as in semi-implicit engines: own states, with them speeds, and with
-// these unwound lengths.
+// these unwound lengths; states of spans.
 template <class T> struct WinchStep {
     Plant<T> plant;
     double step;  // s
@@ -318,6 +326,9 @@ template <class T, class Anchors> inline int step_winches_with(WinchStep<T>& pro
         write_own_slopes(plant, i, slope);
         for (int64_t j = 0; j < plant.own_count(i); j++) own[j] = own[j] + h * slope[j];
         if (!plant.stretches(i)) continue;
+        T* const of_span = plant.states().of_span(i, plant.chain(i));
+        write_span_slopes(plant, i, slope);
+        for (int64_t j = 0; j < span_states(plant.chain(i).span_kind()); j++) of_span[j] = of_span[j] + h * slope[j];
         const T before = plant.speed(i), after = before + h * winch_acceleration(plant, i, before);
         plant.speed(i) = stopped_by_brake(plant, i, before, after);
         plant.unwound(i) = plant.unwound(i) - h * plant.chain(i).per_turn(plant.unwound(i)) * plant.speed(i);

@@ -18,9 +18,8 @@ from pydantic import BaseModel
 from cdpr.base.errors import CdprError, ScenarioError
 from cdpr.base.files import seen_from
 from cdpr.base.problems import Mark, dotted, shown
-from cdpr.cables import MODELS, NUMBERS
+from cdpr.cables import MODELS, NUMBERS, TABLES
 from cdpr.cables.elastic import DAMPING
-from cdpr.cables.tabulated import TABLE, curve_of
 from cdpr.config.document import Document
 from cdpr.config.overrides import NotPlainError, plain_key, plain_value
 from cdpr.config.yaml_text import dump
@@ -158,7 +157,7 @@ def _cable(robot: Robot, cable: Cable) -> dict[str, Any]:
     row["model"] = cable.model
     row |= {key: getattr(cable, key) for key in SHARED[:-1]}
     row |= {key: value for key, value in cable.own.items() if not NUMBERS[f"cable.{key}"].table}
-    row[TABLE] = [list(point) for point in curve_of(cable.own)] or None
+    row |= {key: [list(each) for each in table.rows(cable.own)] or None for key, table in TABLES.items()}
     chain = MODELS.get(cable.model or robot.cable_model)  # None for an unknown one, which the checks report
     if not cable.damping and (chain is None or DAMPING not in chain.numbers):
         row["damping"] = None

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 from pydantic import Field, create_model
 
 from cdpr.base.fields import Section, unit
-from cdpr.cables import MODELS, NUMBERS, WINCH_TYPES
-from cdpr.cables.tabulated import Curve
+from cdpr.cables import MODELS, NUMBERS, TABLES, WINCH_TYPES
 
 
 def _section_of(owner: str, *, shared: bool) -> type[Section]:
@@ -24,8 +23,8 @@ def _section_of(owner: str, *, shared: bool) -> type[Section]:
         if number.owner != owner:
             continue
         if number.table:
-            text = "strains and tensions (N) of up to five points of a curve from 0, with cable.model: tabulated"
-            fields[number.table] = (Curve | None, Field(None, description=text))
+            table = TABLES[number.table]
+            fields[table.key] = (table.kind | None, Field(None, description=table.text))
             continue
         needed = all(number.name in names for names in (*kinds, *others))
         usual = any(number.name in names for names in kinds)

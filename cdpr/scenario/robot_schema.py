@@ -27,6 +27,7 @@ from cdpr.cables import (
     COMMANDED,
     MODELS,
     NUMBERS,
+    TABLES,
     TORQUE,
     WINCH_TYPES,
     AnyExit,
@@ -35,7 +36,6 @@ from cdpr.cables import (
     names_in_files,
 )
 from cdpr.cables.chain import Chain
-from cdpr.cables.tabulated import TABLE, numbers_of
 from cdpr.model import Cable, Platform, Robot, Winch
 from cdpr.model.robot import Array, frozen_array
 from cdpr.scenario.appearance import AT_ORIGIN, FrameSection, ShapeSection
@@ -378,7 +378,7 @@ class RobotSection(Section):
         winch = self._own(cable, "winch")
         given = {key: self._own(cable, key) for key in CABLE_KEYS}
         numbers = {key: value for key, value in given.items() if value is not None}
-        numbers |= numbers_of(numbers.pop(TABLE, ()))
+        numbers |= {k: v for key, table in TABLES.items() for k, v in table.numbers(numbers.pop(key, ())).items()}
         return Cable(
             name=cable_name(cable, i),
             frame=frozen_array(anchor),

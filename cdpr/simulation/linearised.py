@@ -17,7 +17,7 @@ import numpy as np
 
 from cdpr.base.defaults import BACKEND
 from cdpr.base.errors import CdprError, one_line
-from cdpr.cables import has_steppers
+from cdpr.cables import chain_of, has_steppers
 from cdpr.log.blocks import BLOCK
 from cdpr.mechanics.kinematics import lengths
 from cdpr.model import rotations
@@ -132,7 +132,10 @@ def unknown_part(scenario: Scenario) -> str:
         return f"the plant of the backend '{name}' is not known"
     if scenario.world.contact:
         return "contacts are not linear"
-    if has_steppers(scenario.robot):
+    robot = scenario.robot
+    if reason := next((why for each in robot.cables if (why := chain_of(robot, each).span.nonlinear(each))), ""):
+        return reason
+    if has_steppers(robot):
         return "steppers move in whole steps; winch.type: position is their limit of small steps"
     return ""
 
@@ -159,7 +162,8 @@ class _Period:
     """One control period as a function of the state of the loop.
 
     The state is (position, rotation from the desired attitude, velocity, angular velocity) of the platform, in world
-    axes, the states of the winches, and the memory of the controller and of the drives.
+    axes, the states of the winches, and the memory of the controller and of the drives. The states of spans, which
+    creep slowly, start each period with the same values.
     """
 
     def __init__(self, loop: Loop, scenario: Scenario) -> None:
@@ -194,25 +198,28 @@ class _Period:
         self._plant = len(self._free) + len(states)
         self._motion, self._start = np.zeros(12), np.zeros(13)  # work space
         ends = np.cumsum([len(self._free), *map(len, (states, *self._memory))]).tolist()
+        arrays: list[tuple[Array, Any]] = [(array, slice(None)) for array in self._memory]
+        arrays.insert(0, (np.zeros(0) if self._winches is None else self._winches.state, self._winding))
         spans = map(slice, ends[:-1], ends[1:])
-        self._others = [each for each in zip(spans, (self._winch, *self._memory), strict=True) if len(each[1])]
+        pairs = zip(spans, arrays, strict=True)
+        self._others = [(span, array, where) for span, (array, where) in pairs if span.stop > span.start]
 
     def _winch_coordinates(self, size: float) -> tuple[Array, list[str]]:
         """Return scales and names of the states of the winches; `size` is that of the cables, m."""
-        scales, names = np.maximum(np.abs(self._winch), 1.0), ["servo"] * len(self._winch)
+        whole = np.zeros(0) if self._winches is None else self._winches.state
+        scales, names, self._winding = np.maximum(np.abs(whole), 1.0), ["servo"] * len(whole), np.arange(0)
         if self._winches is not None:
             places = self._winches.places
+            spans = [chain_of(self._robot, cable).span.states for cable in self._robot.cables]
+            ends = places[1:] - spans
+            self._winding = np.concatenate([np.arange(*each) for each in zip(places[:-1], ends, strict=True)])
             turns = np.where(self._winches.per_turn > 0.0, self._winches.per_turn, 1.0)
             for first, end, turn in zip(places[:-1], places[1:], turns, strict=True):
                 if end > first:
                     scales[first], names[first] = size, "winches"
                 if end > first + 1:
                     scales[first + 1], names[first + 1] = size / turn / self._period, "winches'"
-        return scales, names
-
-    @property
-    def _winch(self) -> Array:
-        return np.zeros(0) if self._winches is None else self._winches.state
+        return scales[self._winding], [names[j] for j in self._winding]
 
     def linearised(self, response: bool) -> Linearised:
         """Find the state of rest, and linearise about it."""
@@ -335,8 +342,8 @@ class _Period:
         motion[:3], motion[6:] = state[:3], state[7:]
         motion[3:6] = _rotation_vector(state[3:7] @ self._turned)
         motion.take(self._free, out=found[: len(self._free)], mode="clip")
-        for span, array in self._others:
-            found[span] = array
+        for span, array, where in self._others:
+            found[span] = array[where]
         return found
 
     def _put(self, x: Array) -> None:
@@ -350,8 +357,8 @@ class _Period:
         for copy, array in self._kept:
             array[:] = copy
         self._loop.pipeline.place = self._place
-        for span, array in self._others:
-            array[:] = x[span]
+        for span, array, where in self._others:
+            array[where] = x[span]
 
     def _check_status(self) -> None:
         self._loop.decide()
@@ -369,6 +376,8 @@ class _Period:
             names = [cable.name for cable, is_slack in zip(robot.cables, slack, strict=True) if is_slack]
             if names:
                 notes.append(f"slack at rest, without stiffness: {', '.join(names)}")
+        if any(chain_of(robot, cable).span.states for cable in robot.cables):
+            notes.append("the creep of the cables is held at its value at the start of a run")
         if loop.parts.output == "command" and int(report[3]):
             notes.append(f"commands at a limit of the tension at rest, without feedback: {int(report[3])}")
         return tuple(notes)

@@ -56,7 +56,14 @@ def check_step(about: Circumstances, step: float, *, fourth_order: bool) -> None
         StepTooLongError: if it is too long for the stiffness of cables and loops.
     """
     from cdpr.mechanics.limiting_part import limiting_part
-    from cdpr.mechanics.stability import longest, oscillator, shortest_lag, stable, supports_oscillator
+    from cdpr.mechanics.stability import (
+        longest,
+        oscillator,
+        shortest_creep,
+        shortest_lag,
+        stable,
+        supports_oscillator,
+    )
 
     robot, key, plant = about.robot, about.key, about.plant
     lag, name = shortest_lag(robot)
@@ -64,6 +71,11 @@ def check_step(about: Circumstances, step: float, *, fourth_order: bool) -> None
         raise CdprError(
             f"{key} {step:g} s is too long for the winch of cable '{name}' with the torque_lag {lag:g} s: expected at "
             "most twice the lag; set torque_lag: 0, or a shorter step"
+        )
+    if step > 2.0 * (time := shortest_creep(robot)):
+        raise CdprError(
+            f"{key} {step:g} s is too long for cables whose tension relaxes in {time:g} s: expected at most twice this "
+            "time; set longer times in cable.creep, or a shorter step"
         )
     if not supports_oscillator(robot) or empty_drum(robot, about.state):
         return

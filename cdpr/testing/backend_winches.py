@@ -21,6 +21,7 @@ from cdpr.testing.subjects import BackendSubject
 WINCH = Winch(drum_radius=0.05, inertia=5e-3, viscous_friction=0.05)
 STIFFNESS, DAMPING = 1e5, 100.0  # N, N s/m
 CURVE = {"strain_1": 1e-3, "tension_1": 1e-3 * STIFFNESS}
+CREEP = {"creep_coefficient_1": 0.2, "creep_time_1": 0.05, "hysteresis_stiffness": 2e4, "hysteresis_tension": 20.0}
 STEP, STEPS = 2e-4, 500
 HELD = 5e-3  # m, deviation of a servo under a changing load
 BALANCED = 1e-2  # tolerance of the energy as a share of the work; a first-order engine has a thousandth
@@ -37,7 +38,7 @@ def winched(model: str) -> Robot:
     """Return the free robot on winches."""
     robot = samples.free()
     cables = tuple(
-        replace(c, winch=WINCH, axial_stiffness=STIFFNESS, damping=DAMPING, linear_density=0.0, own=CURVE)
+        replace(c, winch=WINCH, axial_stiffness=STIFFNESS, damping=DAMPING, linear_density=0.0, own=CURVE | CREEP)
         for c in robot.cables
     )
     return replace(robot, cables=cables, cable_model=model)

@@ -18,6 +18,7 @@ from cdpr.cables.servo import POSITION_SERVO, VELOCITY_SERVO
 from cdpr.cables.stepper import STEPPERS
 from cdpr.cables.tables import CHAIN_WIDTH, SPAN, SPANS, TRANSMISSION, WINCHES, exits
 from cdpr.cables.tabulated import TABULATED
+from cdpr.cables.viscoelastic import VISCOELASTIC
 from cdpr.mechanics.body_frame import BodyFrame, body_state
 from cdpr.mechanics.winches import Winches
 from cdpr.model import rotations
@@ -173,6 +174,6 @@ def test_a_swivelling_pulley():
 def test_every_part_is_compared():
     drives = {IDEAL_DRIVE, POSITION_SERVO, VELOCITY_SERVO}  # test_servo.py
     assert {DIRECT, DRUM, *drives, *STEPPERS} == set(WINCHES)  # the last two in test_stepper.py
-    others = {CATENARY, TABULATED}  # test_catenary.py and test_tabulated.py
+    others = {CATENARY, TABULATED, VISCOELASTIC}  # test_catenary.py, test_tabulated.py and test_viscoelastic.py
     assert {INEXTENSIBLE, ELASTIC, *others} == set(SPANS)
     assert [Pulley] == [kind for kind in EXITS.values() if kind.header]

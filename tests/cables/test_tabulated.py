@@ -9,7 +9,8 @@ from scipy.integrate import quad
 import cdpr
 from cdpr.base.errors import ScenarioError
 from cdpr.cables.tables import SPAN, chain_table
-from cdpr.cables.tabulated import TABULATED, curve_of
+from cdpr.cables.tabulated import CURVE as TABLE
+from cdpr.cables.tabulated import TABULATED
 from cdpr.mechanics.kinematics import lengths, make_state
 from cdpr.mechanics.potential import Potential, rest_lengths
 from cdpr.mechanics.stiffness import stiffness
@@ -92,7 +93,7 @@ def test_the_stiffness_follows_the_slope_of_the_curve():
 
 def test_the_curve_is_a_table_in_files():
     robot = robot_with(CURVE)
-    assert [list(point) for point in curve_of(robot.cables[0].own)] == CURVE
+    assert [list(point) for point in TABLE.rows(robot.cables[0].own)] == CURVE
     row = chain_table(robot)[0, SPAN:]
     assert row.tolist() == [0.001, 0.003, 0.006, 0.01, 0.0, 100.0, 500.0, 1500.0, 4000.0, 0.0, 0.0, 0.0]
     assert _cables(robot)["cables"][0]["stiffness_table"] == CURVE

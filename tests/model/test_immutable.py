@@ -97,11 +97,11 @@ WRONG = {
     "own-winch": (lambda: Winch(own={"slip": 1.0}), "Winch(own=): unknown key 'slip'; allowed: gear_ratio, "),
     "model": (
         lambda: cable(model="foo"),
-        "Cable(model=): expected one of ideal, rigid, elastic, catenary, tabulated, got 'foo'",
+        "Cable(model=): expected one of ideal, rigid, elastic, catenary, tabulated, viscoelastic, got 'foo'",
     ),
     "models": (
         lambda: robot(cable_model="foo"),
-        "Robot(cable_model=): expected one of ideal, rigid, elastic, catenary, tabulated",
+        "Robot(cable_model=): expected one of ideal, rigid, elastic, catenary, tabulated, viscoelastic",
     ),
     "models-array": (lambda: robot(cable_model=np.zeros(3)), "Robot(cable_model=): expected a text"),
     "frame": (lambda: Frame("abc"), "Frame(edges=): expected real numbers"),

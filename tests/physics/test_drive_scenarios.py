@@ -39,3 +39,15 @@ def test_the_hall_robot_lags_and_arrives():
     assert error[-1] < 2e-3
     bare = cdpr.simulate("hall", overrides={"controller.flex_compensation": False})
     assert np.linalg.norm(bare.position_error[-1]) == pytest.approx(6e-3, abs=5e-4)
+
+
+def test_the_fibre_camera_sinks_by_the_creep_of_its_ropes():
+    """Statics at the end, with the compliance of the creep after 120 s, for the lengths of new ropes."""
+    run = cdpr.simulate("creep")
+    new = cdpr.load_scenario("creep").robot
+    wanted = cdpr.compensated_lengths(new, new.home)
+    crept = (0.2 + 0.1 * (1.0 - np.exp(-120.0 / 40.0))) / 0.3
+    old = cdpr.load_scenario("creep", overrides={"robot.cable.creep_progress": crept}).robot
+    found = cdpr.equilibrium(old, lengths=wanted.lengths)
+    np.testing.assert_allclose(run.position[-1], found.pose[:3], atol=2e-5)
+    assert run.position_error[-1, 2] == pytest.approx(3.73e-3, abs=5e-5)

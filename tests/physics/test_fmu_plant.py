@@ -53,6 +53,7 @@ REPEATS = {
     "cogiro",
     "cogiro_elastic",
     "cogiro_tabulated",
+    "cogiro_viscoelastic",
     "pulleys_elastic",
     "pulleys_mixed",
     "planar_elastic",

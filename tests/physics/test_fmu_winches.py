@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from conftest import ROOT
 from fmpy.validation import validate_fmu
-from fmu.cases import ELASTIC, write
+from fmu.cases import ELASTIC, ROPE, write
 from fmu.driver import Driver
 from scipy.integrate import solve_ivp
 
@@ -21,6 +21,7 @@ from cdpr.scenario import load_scenario
 STEP, STEPS = 1e-3, 400
 # N, with steps of 1 ms at 100 rad/s and more; half of it is scipy's. Without damping of the order of 1e-6.
 TENSION = 1e-4
+ROPES = 1e-3  # N, likewise, with the kinks of a hysteresis
 RADIUS, INERTIA, VISCOUS, COULOMB, COULOMB_SPEED, STIFFNESS, DAMPING = 0.05, 0.002, 0.01, 0.1, 0.1, 1e5, 100.0
 
 
@@ -156,3 +157,40 @@ def test_saved_states_continue_to_the_bit(robot, tmp_path):
             ends.append(np.concatenate([driver.get("cable_tension"), driver.get("drum_speed")]))
         driver.free(saved)
     assert (ends[0] == ends[1]).all()
+
+
+def creeping(t, y, command, length, rate):
+    """Slopes of unwound lengths, speeds, two strains of creep and the slip of the hysteresis, and the tensions."""
+    unwound, speed, fast, late, slip = y.reshape(5, 8)
+    strain = length / unwound - 1.0
+    friction = 2e4 * (strain - slip)
+    strain_rate = (rate * unwound + length * RADIUS * speed) / unwound**2
+    q = STIFFNESS * (strain - fast - late)
+    slack = q + friction <= 0.0
+    tension = np.where(slack, 0.0, np.maximum(q + friction + DAMPING * (rate + RADIUS * speed), 0.0))
+    held = np.where(slack, 0.0, q / STIFFNESS)
+    sliding = np.where(slack, 0.0, 0.5 * (np.abs(strain_rate) * friction + strain_rate * np.abs(friction)) / 20.0)
+    turning = (RADIUS * (command - tension) - VISCOUS * speed - COULOMB * np.tanh(speed / COULOMB_SPEED)) / INERTIA
+    slopes = -RADIUS * speed, turning, (0.2 * held - fast) / 0.02, 0.1 * held - late, sliding
+    return np.concatenate(slopes), tension
+
+
+@pytest.mark.slow
+def test_ropes_creep_and_have_hysteresis(tmp_path):
+    """Of `ROPE`: coefficients 0.2 and 0.1, times 0.02 and 1 s, and a hysteresis of 20 kN up to 20 N."""
+    changes = [*ELASTIC, "robot.cable.model=viscoelastic", *ROPE]
+    robot = load_scenario(ROOT / "scenarios" / "caroca.yaml", overrides=changes).robot
+    command, length, rate = given(0.0)
+    elastic = command / STIFFNESS
+    y = np.concatenate([length / (1.0 + elastic), -rate / RADIUS, np.zeros(16), elastic])
+    with Driver(write(Actuator(robot, STEP / 10), 3, tmp_path)) as driver:
+        for k in range(STEPS):
+            now = given(k * STEP)
+            for name, values in zip(("command", "cable_length", "cable_rate"), now, strict=True):
+                driver.set(name, values)
+            driver.step(k * STEP, STEP)
+            options = {"method": "DOP853", "rtol": 1e-10, "atol": 1e-12}
+            y = solve_ivp(lambda t, y, now=now: creeping(t, y, *now)[0], (0.0, STEP), y, **options).y[:, -1]
+            # the slip begins and ends within steps
+            np.testing.assert_allclose(driver.get("cable_tension"), creeping(0.0, y, *now)[1], rtol=0.0, atol=ROPES)
+    assert (y[16:32] > 1e-5).all()

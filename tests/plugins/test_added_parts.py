@@ -199,7 +199,7 @@ def test_parts_of_cables(tree):
     ring, sprung = ("--set", "robot.cables[0].exit={type: ring, rail: [1.0, 0.0, 0.0]}"), "robot.cable.model=sprung"
     spring = ("--set", sprung, "--set", "robot.cable.spring_rate=1e5")
     unknown = run("validate", WINCH, "--set", "robot.cable.model=spring")
-    names = "ideal, rigid, elastic, catenary, tabulated, sprung, geared, heavy, inextensible"
+    names = "ideal, rigid, elastic, catenary, tabulated, viscoelastic, sprung, geared, heavy, inextensible"
     assert f"expected one of {names}, got 'spring'" in unknown.stderr
     lacking = run("validate", ROOT / "scenarios" / "caroca.yaml", "--set", sprung)
     assert "cable.model sprung needs the spring rate (N/m) of each cable" in lacking.stderr

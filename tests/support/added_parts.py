@@ -136,7 +136,7 @@ IN_THE_HEADER = {
     ),
     "exits": (", RING", "POINT, PULLEY"),
     "winches": (", GEARED", "DIRECT, DRUM"),
-    "spans": (", SPRING, HEAVY", "INEXTENSIBLE, ELASTIC, CATENARY, TABULATED"),
+    "spans": (", SPRING, HEAVY", "INEXTENSIBLE, ELASTIC, CATENARY, TABULATED, VISCOELASTIC"),
     "leave": (
         "\n    if (is(kind, RING)) return Ring::leave(anchor, numbers, tip);",
         "Pulley::leave(anchor, numbers, tip);",
@@ -188,6 +188,6 @@ ENTRIES = {
     "ring_named": (', "ring": "cdpr.cables.ring:Ring"', '"pulley": "cdpr.cables.pulley:Pulley"'),
     "models": (
         '    "sprung": Chain(DRUM, SPRING),\n    "geared": Chain(GEARED, SPRING),\n    "heavy": Chain(DRUM, HEAVY),\n',
-        '    "tabulated": Chain(DRUM, TABULATED),\n',
+        '    "viscoelastic": Chain(DRUM, VISCOELASTIC),\n',
     ),
 }

@@ -5,12 +5,11 @@ length l (m) the part l0 is unwound. The tension is f(e) + d (l' - l0'), with th
 f through 0 and up to five points, straight between them; beyond the last point it continues straight. A slack cable has
 no tension. With all points on one line the cable is the model `elastic`, whose remarks on steps apply, too.
 
-The curve is that of slow loading, without hysteresis and creep.
+The curve is that of slow loading, without hysteresis and creep; see `cdpr.cables.viscoelastic` for these.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Annotated
 
@@ -19,7 +18,7 @@ from pydantic import AfterValidator, Field
 
 from cdpr.base.fields import NonNegative, Positive
 from cdpr.base.needs import of_winch
-from cdpr.cables.chain import Number, Span
+from cdpr.cables.chain import Number, Span, Table
 from cdpr.cables.elastic import DAMPING
 from cdpr.model import Cable
 from cdpr.model.robot import Array
@@ -58,17 +57,25 @@ def _numbers_of(quantity: str, unit: str) -> tuple[Number, ...]:
 STRAINS, TENSIONS = _numbers_of("strain", ""), _numbers_of("tension", "N")
 
 
+CURVE = Table(
+    TABLE,
+    Curve,
+    "strains and tensions (N) of up to five points of a curve from 0, with cable.model: tabulated",
+    (STRAINS, TENSIONS),
+)
+
+
 class Tabulated(Span):
     """Span with a curve."""
 
     def stiffest(self, cable: Cable) -> float:
         """Return the largest slope of the curve, N."""
-        points = [(0.0, 0.0), *curve_of(cable.own)]
+        points = [(0.0, 0.0), *CURVE.rows(cable.own)]
         return max((high[1] - low[1]) / (high[0] - low[0]) for low, high in pairwise(points))
 
     def tangent(self, cable: Cable, tension: Array) -> Array:
         """Return (1 + e) f'(e) - T, N, at the strains e of tensions (k,), N."""
-        points = np.array([(0.0, 0.0), *curve_of(cable.own)])
+        points = np.array([(0.0, 0.0), *CURVE.rows(cable.own)])
         slopes = np.diff(points[:, 1]) / np.diff(points[:, 0])
         piece = np.searchsorted(points[1:-1, 1], tension)
         strain = points[piece, 0] + (tension - points[piece, 1]) / slopes[piece]
@@ -78,26 +85,3 @@ class Tabulated(Span):
 TABULATED = Tabulated(
     header="cdpr/cables/tabulated/tabulated.hpp", numbers=(*STRAINS, *TENSIONS, DAMPING), needs=of_winch()
 )
-
-
-def numbers_of(rows: Sequence[tuple[float, float]]) -> dict[str, float]:
-    """Return the numbers of a cable with a curve, by key.
-
-    Args:
-        rows: strains and tensions [N].
-
-    Example:
-        >>> numbers_of([(0.01, 200.0), (0.02, 500.0)])
-        {'strain_1': 0.01, 'tension_1': 200.0, 'strain_2': 0.02, 'tension_2': 500.0}
-    """
-    return {
-        number.key: float(value)
-        for row, pair in zip(rows, zip(STRAINS, TENSIONS, strict=True), strict=False)
-        for number, value in zip(pair, row, strict=True)
-    }
-
-
-def curve_of(own: Mapping[str, float]) -> list[tuple[float, float]]:
-    """Return the strains and tensions [N] of a cable's numbers, by key; [] without a curve."""
-    pairs = [(own.get(e.key, 0.0), own.get(t.key, 0.0)) for e, t in zip(STRAINS, TENSIONS, strict=True)]
-    return [pair for pair in pairs if pair[0] > 0.0]

@@ -28,6 +28,11 @@ WINCH = [
 ]
 ELASTIC = [*WINCH, "robot.cable.model=elastic"]
 CURVE = "[[0.001, 60], [0.004, 500], [0.01, 2500]]"  # tensions in N
+ROPE = [
+    "robot.cable.creep=[[0.2, 0.02], [0.1, 1.0]]",
+    "robot.cable.hysteresis_stiffness=2e4",  # N
+    "robot.cable.hysteresis_tension=20",  # N
+]
 RIGID = [*WINCH, "robot.cable.model=rigid"]
 MIXED = [*ELASTIC, "robot.cables[0].model=rigid", "robot.cables[3].model=ideal"]
 SKEWED = [
@@ -57,6 +62,7 @@ CASES = {
     "pulleys_mixed": ("cogiro_pulleys", MIXED),
     "planar_mixed": ("planar", MIXED),
     "cogiro_tabulated": ("cogiro", [*WINCH, "robot.cable.model=tabulated", f"robot.cable.stiffness_table={CURVE}"]),
+    "cogiro_viscoelastic": ("cogiro", [*WINCH, "robot.cable.model=viscoelastic", *ROPE]),
     "legs_elastic": ("caroca", [*ELASTIC, "robot.unilateral=false"]),
 }
 

@@ -47,6 +47,8 @@ static void write_slope(const Model& model, double* winch, double* slope) {
     cdpr::ChainSlopes<double> slopes = {model.chains,
                                         model.platform.command,
                                         model.field[CABLE_TENSION],
+                                        model.field[CABLE_LENGTH],
+                                        model.field[CABLE_RATE],
                                         states_at(model, winch),
                                         states_at(model, slope),
                                         int64_t(model.cables)};

@@ -277,9 +277,10 @@ static bool read_places(const Model& model) {
     memcpy(model.places, stored, (model.cables + 1) * sizeof *model.places);
     bool sound = model.places[0] == 0 && model.places[model.cables] == int64_t(model.states);
     for (size_t i = 0; i < model.cables; i++) {
-        const bool stretches = cdpr::chain_row(model.chains, int64_t(i)).stretches();
-        const int64_t count = model.places[i + 1] - model.places[i];
-        sound = sound && count >= (stretches ? cdpr::WinchStates<double>::COORDINATE : 0) && count <= cdpr::MOST_STATES;
+        const cdpr::ChainRow<double> row = cdpr::chain_row(model.chains, int64_t(i));
+        const int64_t count = model.places[i + 1] - model.places[i] - cdpr::span_states(row.span_kind());
+        const int64_t least = row.stretches() ? cdpr::WinchStates<double>::COORDINATE : 0;
+        sound = sound && count >= least && count <= cdpr::MOST_STATES;
     }
     return sound;
 }
