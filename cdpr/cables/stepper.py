@@ -36,21 +36,22 @@ from cdpr.cables.chain import COORDINATE, Number, Winch
 from cdpr.cables.drum import NUMBERS as DRUM_NUMBERS
 from cdpr.cables.drum import RADIUS
 from cdpr.cables.servo import SPEED_MAX
+from cdpr.cables.transmission import COULOMB_SPEED, EFFICIENCY, GEAR_RATIO, GROWTH, LINES, REEVING
 
 STEPS_PER_TURN, MICROSTEPS, STALL_TORQUE = (
-    Number(
-        "winch.steps_per_turn", AtLeastOne, "", "full steps of a stepper per turn of its drum, gear included", 200.0
-    ),
+    Number("winch.steps_per_turn", AtLeastOne, "", "full steps of a stepper per turn of its motor", 200.0),
     Number("winch.microsteps", AtLeastOne, "", "microsteps in a full step of a stepper", 16.0),
     Number("winch.stall_torque", Positive, "N m", "stall torque, the largest load of a stepper about the drum's axis"),
 )
 # The numbers of a stepper, in the order of `StepperNumbers`.
-STEPS = (STEPS_PER_TURN, MICROSTEPS, STALL_TORQUE, SPEED_MAX)
+STEPS = (STEPS_PER_TURN, MICROSTEPS, STALL_TORQUE, SPEED_MAX, GEAR_RATIO)
+TRANSMISSION = (GROWTH, LINES, REEVING, EFFICIENCY)
 HEADER = "cdpr/cables/stepper.hpp"
 
 STEPPER = Winch(
     header=HEADER,
     numbers=(RADIUS, *STEPS),
+    transmission=(*TRANSMISSION, COULOMB_SPEED),
     command="rate",
     states=COORDINATE,
     needs=of_stepper(),
@@ -58,6 +59,7 @@ STEPPER = Winch(
 STEPPER_MOTOR = Winch(
     header=HEADER,
     numbers=(*DRUM_NUMBERS, *STEPS),
+    transmission=TRANSMISSION,
     command="rate",
     states=COORDINATE + 1,
     needs=of_stepper(),
