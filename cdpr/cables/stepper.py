@@ -2,8 +2,8 @@
 
 A stepper is a motor and a drum of radius r (m). Its command is the unwound length L (m). The drive turns it into whole
 microsteps, and counts the length to which its steps so far lead, L_c. It knows nothing else: without a sensor, it does
-not notice lost steps, and later commands are relative to L_c. With a the angle of a full step (rad) and n the number of
-microsteps in it,
+not notice lost steps, and later commands are relative to L_c. With a the angle of a full step at the
+drum (rad), 2 pi / (steps per turn times gear ratio), and n the number of microsteps in it,
 
     L_c = r (a / n) round(L n / (r a)),   |L_c'| <= r w_max
 
@@ -26,6 +26,10 @@ step. While the load remains below M_s, this is the limit of a rotor without ine
 than a full step under load.
 
 The steps of a control period are spread evenly over it.
+
+The transmission (`cdpr.cables.transmission`) applies: with a block and tackle, r is the radius divided by its falls. On
+a drum that grows, whole microsteps are angles of the drum from the home pose, and all differences of lengths above are
+those of its angle times r. The tension T includes the losses.
 """
 
 from __future__ import annotations

@@ -9,6 +9,7 @@ from log_cases import same_bits
 import cdpr
 from cdpr.analysis.distribution.describe import describe_robot, winch_figures
 from cdpr.simulation.linearised import linearise
+from cdpr.simulation.poles import closed_loop, poles, verdict
 from cdpr.ui.report.text.description import _winches
 
 RADIUS, TURN, STALL, STIFFNESS = 0.05, 200.0, 2.0, 2e4  # m, full steps, N m, N
@@ -306,11 +307,56 @@ def test_the_nominal_winch_is_merged_key_by_key():
     assert (winch.drum_radius, winch.inertia, winch.viscous_friction) == (RADIUS, 0.002, 0.1)
 
 
-def test_loops_with_steppers_are_not_linearised():
-    with pytest.raises(cdpr.CdprError, match="steppers move in whole steps"):
-        linearise(camera(STEPPER), np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0]))
+def test_poles_of_steppers_without_inertia_are_those_of_ideal_drives():
+    pose = np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+    control = {"controller": {"type": "computed_torque", "kp": 40.0, "kd": 12.0}}
+    found, ideal = (
+        closed_loop(camera(winch, **control), pose)
+        for winch in (STRONG | GEARED, {"type": "position", "drum_radius": RADIUS} | GEARED)
+    )
+    assert found["poles"] == ideal["poles"]
+    assert len(found["poles"]) > 6
+    assert "lose no step" in found["notes"][0]
+    assert not ideal["notes"]
 
 
-def test_exports_do_not_contain_steppers(tmp_path):
-    with pytest.raises(cdpr.CdprError, match=r"drives that count steps are not exported; set winch\.type to position"):
-        cdpr.export(camera(STEPPER), "native", out=tmp_path / "native")
+def test_poles_of_a_rotor_are_those_of_its_linear_equations():
+    """A slide on a rotor and an ideal drive, linear about the deflection at which the rotor holds the load."""
+    damping, inertia, friction, mass = 60.0, 2e-4, 0.05, 0.5
+    winch = MOTOR | {"microsteps": 1e9, "gear_ratio": 2.0}
+    pull = {"controller": {"type": "inverse_kinematics", "pretension": 20.0}}
+    run = cdpr.simulate(tug(winch, **pull))
+    x, (own, other) = run.position[-1, 0], run["unstretched_length"][-1]
+    angle = 2.0 * np.pi / (TURN * 2.0)  # rad, of a full step
+    deflection = np.arcsin(run.motor_torque[-1, 0] / STALL)
+    slope = STALL * 0.5 * np.pi / (RADIUS * angle) * np.cos(deflection)  # N m per m
+    assert 0.3 < deflection < 0.9
+    # states: x, unwound length of the left cable, and their rates
+    stretch, unwind, right = STIFFNESS / own, -STIFFNESS * (2.0 + x) / own**2, STIFFNESS / other
+    A = np.zeros((4, 4))
+    A[:2, 2:] = np.eye(2)
+    tension = np.array([stretch, unwind, damping, -damping])  # of the left cable
+    A[2] = (-tension - [right, 0.0, damping, 0.0]) / mass
+    A[3] = (RADIUS * RADIUS * tension - [0.0, RADIUS * slope, 0.0, friction]) / inertia
+    expected = sorted(np.linalg.eigvals(A), key=lambda s: (s.real, s.imag))
+    pose = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+    loop = linearise(tug(winch, **pull, **{"simulation.physics_step": 0.0001}), pose)
+    found = sorted((pole.value for pole in poles(loop)), key=lambda s: (s.real, s.imag))
+    np.testing.assert_allclose(found, expected, rtol=1e-4)  # of the fourth-order scheme and the state at rest
+    assert verdict(loop) == "stable"
+
+
+def test_an_overloaded_stepper_has_no_poles():
+    pose = np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+    found = closed_loop(camera(MOTOR | {"stall_torque": 0.2}), pose)
+    assert found["poles"] is None
+    assert "no state of rest" in found["problem"]
+
+
+def test_exports_for_real_time_programs_leave_the_steps_to_the_drives(tmp_path):
+    """Their program commands the lengths of an ideal drive."""
+    files = []
+    for name, winch in (("stepper", STEPPER), ("ideal", {"type": "position", "drum_radius": RADIUS})):
+        cdpr.export(camera(winch), "native", out=tmp_path / name)
+        files.append({path.name for path in (tmp_path / name).iterdir()})
+    assert files[0] == files[1] != set()
