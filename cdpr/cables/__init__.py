@@ -44,6 +44,7 @@ from cdpr.cables.ideal_drive import IDEAL_DRIVE
 from cdpr.cables.inextensible import INEXTENSIBLE
 from cdpr.cables.servo import POSITION_SERVO, VELOCITY_SERVO
 from cdpr.cables.stepper import STEPPER, STEPPER_MOTOR, STEPPERS
+from cdpr.cables.stepper import TYPE as STEPPER_TYPE
 from cdpr.cables.tabulated import TABULATED
 from cdpr.model import Cable, Robot
 from cdpr.model.robot import COMMANDED
@@ -76,10 +77,10 @@ WINCH_TYPES: dict[str, tuple[Winch, Winch]] = {
     TORQUE: (DRUM, DRUM),
     "position": (IDEAL_DRIVE, POSITION_SERVO),
     "velocity": (IDEAL_DRIVE, VELOCITY_SERVO),
-    "stepper": (STEPPER, STEPPER_MOTOR),
+    STEPPER_TYPE: (STEPPER, STEPPER_MOTOR),
 }
 TENSION, LENGTH, RATE = "tension", "length", "rate"  # commands of winches
-COMMANDS = {TORQUE: TENSION, "position": LENGTH, "velocity": RATE, "stepper": LENGTH}
+COMMANDS = {TORQUE: TENSION, "position": LENGTH, "velocity": RATE, STEPPER_TYPE: LENGTH}
 
 
 def declared(numbers: Iterable[Number]) -> dict[str, Number]:

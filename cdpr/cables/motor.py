@@ -23,6 +23,7 @@ from numpy.typing import ArrayLike
 
 from cdpr.base.fields import NonNegative, Positive
 from cdpr.cables.chain import Number
+from cdpr.cables.stepper import TYPE as STEPPER
 from cdpr.cables.transmission import GEAR_RATIO
 from cdpr.model import Cable, Robot
 from cdpr.model.robot import Array
@@ -46,7 +47,8 @@ def motor_table(robot: Robot) -> Array:
 
 
 def _motor(cable: Cable) -> tuple[float, float]:
-    constant = math.nan if cable.winch is None else TORQUE_CONSTANT.of(cable, math.nan)
+    other = cable.winch is None or cable.winch.type == STEPPER  # the driver of a stepper keeps its current constant
+    constant = math.nan if other else TORQUE_CONSTANT.of(cable, math.nan)
     if math.isnan(constant):
         return math.nan, math.nan
     return constant * GEAR_RATIO.of(cable), RESISTANCE.of(cable, math.nan)

@@ -50,6 +50,7 @@ STEPS_PER_TURN, MICROSTEPS, STALL_TORQUE = (
 # The numbers of a stepper, in the order of `StepperNumbers`.
 STEPS = (STEPS_PER_TURN, MICROSTEPS, STALL_TORQUE, SPEED_MAX, GEAR_RATIO)
 TRANSMISSION = (GROWTH, LINES, REEVING, EFFICIENCY)
+TYPE = "stepper"  # in robot files
 HEADER = "cdpr/cables/stepper.hpp"
 
 STEPPER = Winch(

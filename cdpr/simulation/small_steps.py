@@ -18,7 +18,7 @@ from cdpr.scenario import Scenario
 from cdpr.scenario.winch_kinds import driven
 
 SMALLEST = 1e12  # microsteps in a full step: a microstep is then below the round-off of lengths
-SMALL = "steppers as drives that lose no step, in the limit of small steps: lost steps and rounding are not linear"
+SMALL = "steppers are linearised as drives with very small steps that lose none"
 
 
 def small_steps(scenario: Scenario) -> dict[str, Any]:

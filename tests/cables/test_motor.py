@@ -12,6 +12,7 @@ from cdpr.analysis.sizing.duty import Duty
 from cdpr.analysis.sizing.sizes import sizing
 from cdpr.cables.motor import motor_readings
 from cdpr.log.summary import Accumulator
+from cdpr.simulation.columns import columns_of
 from cdpr.ui.report.plots.run import by_name
 from cdpr.ui.report.text.description import _winches
 
@@ -141,6 +142,13 @@ def test_motors_without_torque_have_no_current():
     assert np.isfinite(mixed.motor_current[:, 0]).all()
     assert np.isnan(mixed.motor_current[:, 1:]).all()
     assert mixed.summary()["motor_current_A"]["max"] == np.abs(mixed.motor_current[:, 0]).max()
+
+
+def test_steppers_ignore_electrical_data():
+    winch = {"type": "stepper", "drum_radius": 0.05, "stall_torque": 3.0, **MOTOR}
+    loaded = cdpr.load_scenario("scenarios/camera_robot.yaml", overrides={"robot.winch": winch})
+    assert set(loaded.unused) == {"robot.winch.torque_constant", "robot.winch.resistance"}
+    assert not set(ELECTRICAL) & {column.name for column in columns_of(loaded)}
 
 
 COMPUTED = {"controller": {"type": "computed_torque", "kp": 40.0, "kd": 12.0}}

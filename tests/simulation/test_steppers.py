@@ -316,7 +316,7 @@ def test_poles_of_steppers_without_inertia_are_those_of_ideal_drives():
     )
     assert found["poles"] == ideal["poles"]
     assert len(found["poles"]) > 6
-    assert "lose no step" in found["notes"][0]
+    assert "very small steps" in found["notes"][0]
     assert not ideal["notes"]
 
 
