@@ -116,6 +116,7 @@ __all__ = [
     "motions",
     "plugins",
     "rollout",
+    "sensing",
     "simulate",
     "size",
     "study",
@@ -127,7 +128,7 @@ __all__ = [
 ]
 
 if TYPE_CHECKING:
-    from cdpr import analysis, mechanics, model, plugins, tension, testing, trajectory
+    from cdpr import analysis, mechanics, model, plugins, sensing, tension, testing, trajectory
     from cdpr.analysis.distribution import admissible, distribute
     from cdpr.analysis.equilibrium import compensated_lengths, equilibria, equilibrium
     from cdpr.analysis.rollouts.batch import Batch

@@ -322,7 +322,7 @@ GROUPS: dict[str, ColumnGroup] = {
     "unstretched": ColumnGroup(UNSTRETCHED, "a cable sags, or a winch takes a length or a rate"),
     "sagging": ColumnGroup(SAGGING, "a cable sags (`cable.model: catenary`)"),
     "later": ColumnGroup(LATER, ""),
-    "perceived": ColumnGroup(NOMINAL_COLUMNS, "the scenario contains `believed`"),
+    "perceived": ColumnGroup(NOMINAL_COLUMNS, "the scenario contains `believed`, or sensors of pose and twist"),
     "driven": ColumnGroup(DRIVEN, "the scenario contains `drives`"),
     "loaded": ColumnGroup(LOADED, "the scenario contains an event that changes the mass"),
 }

@@ -185,6 +185,15 @@ def of_drives() -> Needs:
     return of_run(plant_fmu=at_once, controller_fmu=at_once, mjcf=apart, sdf=apart, urdf=apart)
 
 
+def of_sensor() -> Needs:
+    """Return the needs of a sensor: it is in all runs; the state that an exported controller sees is its input."""
+    apart = left_out("sensors are not exported")
+    true = no("its controller would see the true state")
+    given = left_out("the state that it sees is an input")
+    exports = dict.fromkeys(("plant_fmu", "mjcf", "sdf", "urdf"), apart)
+    return of_run(**exports, controller_fmu=true, bare_controller_fmu=given, native=given)
+
+
 def of_loop_part() -> Needs:
     """Return the needs of a part of the loop that declares none: it is in all runs, and in no export."""
     apart = no("exports contain no further parts of the loop")

@@ -107,9 +107,10 @@ def _fault(row: Any, data: Any) -> _Fault:
     node = data
     kind = row["type"]
     for i, part in enumerate(row["loc"]):
-        if (isinstance(node, dict) and part in node) or (
+        is_key = (isinstance(node, dict) and part in node) or (
             isinstance(node, list) and isinstance(part, int) and part < len(node)
-        ):
+        )
+        if is_key and not _is_branch(node, row["loc"][i:], kind):
             node = node[part]
             path = (*path, part)
         elif kind == "missing" and i == len(row["loc"]) - 1:
@@ -122,6 +123,13 @@ def _fault(row: Any, data: Any) -> _Fault:
     if kind in ("too_long", "too_short"):
         kind = "wrong_size"
     return _Fault(kind, path, tuple(unions), row["input"], row.get("ctx", {}), row["msg"])
+
+
+def _is_branch(node: Any, rest: tuple[int | str, ...], kind: str) -> bool:
+    """Return True if the first part of a location names the `type` of a section that also has a key of this name."""
+    if not isinstance(node, dict) or node.get("type") != rest[0] or len(rest) < 2:
+        return False
+    return rest[1] in node or (kind == "missing" and len(rest) == 2)
 
 
 def _collapse(faults: list[_Fault], depth: int) -> list[_Fault]:

@@ -18,6 +18,7 @@ extern const cdpr_group winches;
 extern const cdpr_group anchors;
 extern const cdpr_group engines;
 extern const cdpr_group simulation;
+extern const cdpr_group sensing;
 extern const cdpr_group trajectory;
 extern const cdpr_group gcode;
 extern const cdpr_group workspace;
@@ -37,6 +38,7 @@ static const cdpr_group* const groups[] = {
     &anchors,
     &engines,
     &simulation,
+    &sensing,
     &trajectory,
     &gcode,
     &workspace,

@@ -22,6 +22,7 @@ from cdpr.scenario.motion_checks import MotionChecks
 from cdpr.scenario.motions import Motion
 from cdpr.scenario.robot_schema import CablesSection, PlatformSection, cable_name
 from cdpr.scenario.schema import Log, Simulation, World
+from cdpr.scenario.sensor_checks import SensorChecks
 
 MAX_STEPS = 1e8
 
@@ -44,6 +45,7 @@ class RunChecks(Checks):
             if log:
                 self._multiple(("log", "step"), log.step, simulation.control_step)
             self._delays(simulation)
+            SensorChecks(self.document, self.problems).check(simulation.control_step, self._multiple)
         motion.check(initial, simulation.duration if simulation else None)
         motion.guided(initial)
         return motion.motion

@@ -19,6 +19,7 @@ from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions import AnyMotion
 from cdpr.scenario.motions.hold import Hold
 from cdpr.scenario.robot_schema import DofName, RobotSection, in_order
+from cdpr.sensing import MAX_SENSORS, AnySensor
 
 MAX_SEED = 2**63 - 1
 
@@ -231,6 +232,13 @@ class ScenarioSection(Section):
         None,
         description="imperfections of the drives, which apply the commands of the winches late, rounded, limited in "
         "their rate, or with backlash; default: exactly and at once",
+        json_schema_extra=tab("control", 1),
+    )
+    sensors: list[AnySensor] = Field(
+        [],
+        max_length=MAX_SENSORS,
+        description="sensors, of which the controller uses the first that measures a pose, a twist and the cables' "
+        "lengths; default: it uses the true state",
         json_schema_extra=tab("control", 1),
     )
     events: list[AnyEvent] = Field(

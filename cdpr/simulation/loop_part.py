@@ -29,6 +29,7 @@ class Surroundings:
         backend: plant.
         step: control period, s.
         view: function that returns the columns of the present row from one field to another, live.
+        has: function that returns True if rows have a group of columns, a key of `cdpr.base.columns.GROUPS`.
         columns: the part's own columns, live, by name.
         state: (13,), true state of the present sample, read-only.
         seen: (13,), state that controller and tension stage use. It is read-only unless the part declares it in
@@ -41,6 +42,7 @@ class Surroundings:
     backend: Backend
     step: float
     view: Callable[..., Array]
+    has: Callable[[str], bool]
     columns: Mapping[str, Array]
     state: Array
     seen: Array

@@ -61,8 +61,9 @@ def omitted(scenario: Scenario, use: str) -> list[str]:
             found.setdefault((key, support.why), []).extend([_title(value)] if listed else [])
     for title, needs in _parts(scenario):
         support = needs.support(use)
-        if support.level == "left out":
-            found.setdefault((title, support.why), [])
+        reported = {why for _, why in found}  # the section of the part may have the same reason
+        if support.level == "left out" and support.why not in reported:
+            found[title, support.why] = []
     return [f"{key}: {why}{_in_brackets(titles)}" for (key, why), titles in found.items()]
 
 

@@ -89,7 +89,7 @@ class Sample:
         parts, own = self._parts, {column.name: self.view(column.name) for column in part.columns}
         arrays = {"seen": self.seen, "seen_cables": self.seen_cables}
         seen, cables = (array if name in part.writes else read_only(array) for name, array in arrays.items())
-        about = parts.robot, parts.backend, parts.control_step, self.view, own
+        about = parts.robot, parts.backend, parts.control_step, self.view, self.layout.has, own
         return Surroundings(*about, read_only(self.state), seen, cables, read_only(self.cables.held))
 
     @property

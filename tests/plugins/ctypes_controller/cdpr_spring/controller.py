@@ -12,7 +12,7 @@ LIBRARY = ctypes.CDLL(find_spec("cdpr_spring.kernel").origin)  # ctypes keeps th
 
 
 class Spring(SnapshotOfArrays, Controller):
-    """Controller with the same law in C, for the loop, and in Python."""
+    """Controller with the same law in C, for compiled runs, and in Python."""
 
     arrays = ()  # no state to save in snapshots
 

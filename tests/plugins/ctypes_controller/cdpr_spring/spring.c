@@ -4,8 +4,8 @@ struct place {
     const double *force;   // (3), N, force that balances the weight
     const double *center;  // (3), m, center of mass, platform axes
     const double *gains;   // (4), N/m and N s/m, N m/rad and N m s/rad
-    const double *state;   // (13)
-    const double *desired; // (19)
+    const double *state;   // (13), position, quaternion w x y z, velocity, angular velocity
+    const double *desired; // (19), the same, then acceleration and angular acceleration
     double *wrench;        // (6), N and N m
 };
 

@@ -1,0 +1,55 @@
+"""Validation of the sensors of a scenario across sections."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from cdpr.base.problems import Path
+from cdpr.scenario.checks import Checks
+from cdpr.sensing import SENSORS, Sensor
+from cdpr.sensing.errors import AttitudeErrors
+
+Multiple = Callable[[Path, float, float], None]  # reports a time that is no multiple of the control step, s
+
+
+class SensorChecks(Checks):
+    """Checks of `sensors`."""
+
+    def check(self, control_step: float, multiple: Multiple) -> None:
+        """Report repeated names, times between control steps, biases of a wrong length, and a pose without a twist.
+
+        Args:
+            control_step: control period, s.
+            multiple: function that reports a time of a path which is no multiple of the control step.
+        """
+        given = self.document.get(("sensors",))
+        cables = len(list(self.cables(("robot",))))
+        titles: dict[str, int] = {}
+        used: dict[str, int] = {}
+        for i, data in enumerate(given if isinstance(given, list) else ()):
+            kind = data.get("type") if isinstance(data, dict) else None
+            if not isinstance(kind, str) or kind not in SENSORS:
+                continue
+            used.setdefault(SENSORS[kind].used, i)
+            sensor = self.section(SENSORS[kind], ("sensors", i))
+            if sensor is None:
+                continue
+            if (first := titles.setdefault(sensor.title, i)) != i:
+                text = f"sensors {first + 1} and {i + 1} are both named '{sensor.title}': give one of them another name"
+                self.add_problem(("sensors", i), text)
+            for key in ("period", "delay", "jitter"):
+                if value := getattr(sensor, key):
+                    multiple(("sensors", i, key), value, control_step)
+            self._biases(i, sensor, cables)
+        for one, other in ("pose", "twist"), ("twist", "pose"):
+            if one in used and other not in used:
+                text = f"the controller uses this {one}, and needs a {other}, too: add a sensor of the type {other}"
+                self.add_problem(("sensors", used[one]), text)
+
+    def _biases(self, i: int, sensor: Sensor, cables: int) -> None:
+        for quantity in sensor.quantities[: len(sensor.quantities) - sensor.rates]:
+            errors: AttitudeErrors = getattr(sensor, quantity.key, AttitudeErrors())
+            count = quantity.components(cables)
+            if isinstance(errors.bias, tuple) and len(errors.bias) != count:
+                text = f"expected one number, or {count} numbers, got {len(errors.bias)}"
+                self.add_problem(("sensors", i, quantity.key, "bias"), text)

@@ -1,0 +1,39 @@
+"""Position of a point on the platform, as a receiver of satellites or of radio beacons measures it."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from cdpr.base.columns import WORLD
+from cdpr.base.fields import ZERO, Position, unit
+from cdpr.base.needs import Needs, of_sensor
+from cdpr.native.bind import bind
+from cdpr.sensing.errors import Errors
+from cdpr.sensing.sensor import Quantity, Sensor, Sources, Truth
+from cdpr.tension.operations import Operation
+
+
+class Receiver(Sensor):
+    """Sensor of the position of an antenna on the platform.
+
+    Example:
+        >>> import cdpr
+        >>> cdpr.sensing.Receiver(antenna=[0.0, 0.0, 0.4], period=0.1, position={"noise": 0.02}).period
+        0.1
+    """
+
+    needs: ClassVar[Needs] = of_sensor()
+    quantities: ClassVar[tuple[Quantity, ...]] = (Quantity("position", 3, "m", "Position of the antenna", WORLD),)
+
+    type: Literal["receiver"] = "receiver"
+    antenna: Position = Field(ZERO, description="place of the antenna, platform axes", json_schema_extra=unit("m"))
+    position: Errors = Field(Errors(), description="errors of the position, m")
+
+    def truth(self, sources: Sources) -> Truth:
+        """Return the position of the antenna (3,), world axes."""
+        values = np.zeros(3)
+        write = bind("point_on_platform", state=sources.state, point=np.array(self.antenna), position=values)
+        return Truth(values, (Operation("sensors", write, timed=True),), (values,))

@@ -1,0 +1,180 @@
+"""Base class of sensors: what they measure, how often, how late, and with which errors.
+
+`measurement.hpp` contains the kernel. A sensor takes a measurement every `period`, the first at time 0. The measurement
+arrives after `delay` and a random part of `jitter`, or is lost with the probability `dropout`. Between arrivals, the
+last one is held, and its age is logged. The random numbers depend on `simulation.seed` and the name of the sensor, so
+they are the same on all engines.
+"""
+
+from __future__ import annotations
+
+import re
+from abc import abstractmethod
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Annotated, ClassVar, Literal
+
+from pydantic import AfterValidator, Field
+
+from cdpr.base.columns import CABLES, Column
+from cdpr.base.fields import Kind, NonNegative, unit
+from cdpr.base.needs import Needs, of_sensor
+from cdpr.model import Robot
+from cdpr.model.robot import Array
+from cdpr.model.shapes import Obstacle
+from cdpr.sensing.errors import AttitudeErrors
+from cdpr.tension.operations import Operation
+
+LONGEST = 10.0  # s: delay, jitter and period
+LONGEST_NAME = 12  # letters: its columns have names of at most 31
+
+# Arrays of the loop that the controller uses, to which a sensor provides values.
+Used = Literal["pose", "twist", "cables", ""]
+Time = Annotated[NonNegative, Field(le=LONGEST)]
+
+
+def _short(value: str) -> str:
+    if not re.fullmatch(rf"[a-z][a-z0-9_]{{0,{LONGEST_NAME - 1}}}", value):
+        raise ValueError(
+            f"expected a name of at most {LONGEST_NAME} lower-case letters, digits and '_', with a letter first, got "
+            f"{value[:40]!r}"
+        )
+    return value
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """Measured quantity.
+
+    Attributes:
+        key: key of its errors in the section of the sensor; its column is NAME_KEY.
+        width: number of values, `CABLES` for one of each cable; 4 with a frame is an attitude.
+        unit: SI.
+        text: short description, as the beginning of a sentence.
+        frame: axes, as of a `Column`.
+    """
+
+    key: str
+    width: int
+    unit: str
+    text: str
+    frame: str = ""
+
+    @property
+    def attitude(self) -> bool:
+        """True if it is an attitude quaternion, whose errors are rotations."""
+        return self.width == 4 and self.frame != ""
+
+    def values(self, cables: int) -> int:
+        """Return the number of its values for a robot with this number of cables."""
+        return cables if self.width == CABLES else self.width
+
+    def components(self, cables: int) -> int:
+        """Return the number of its values with errors of their own."""
+        return 3 if self.attitude else self.values(cables)
+
+
+@dataclass(frozen=True, eq=False)
+class Sources:
+    """Arrays of the loop from which sensors take true values.
+
+    Attributes:
+        robot: simulated robot.
+        state: (13,), true state, live.
+        gravity: (3,), m/s^2.
+        step: control period, s.
+        obstacles: obstacles of the world.
+        view: function that returns the columns of the present row from one field to another, live.
+        has: function that returns True if rows have a group of columns.
+        read_winches: function that returns the operations which write the unwound lengths of the winches (m,), m, and
+            their rates (m,), m/s, where the plant has winches.
+    """
+
+    robot: Robot
+    state: Array
+    gravity: Array
+    step: float
+    obstacles: tuple[Obstacle, ...]
+    view: Callable[..., Array]
+    has: Callable[[str], bool]
+    read_winches: Callable[[Array, Array], Sequence[Operation]]
+
+
+@dataclass(frozen=True)
+class Truth:
+    """True values of a sensor.
+
+    Attributes:
+        values: (n,), live.
+        write: operations that write them at each control step.
+        arrays: memory of these operations.
+    """
+
+    values: Array
+    write: Sequence[Operation] = ()
+    arrays: Sequence[Array] = ()
+
+
+class Sensor(Kind):
+    """Base class of sensors.
+
+    Attributes:
+        quantities: what it measures, in the order of its values.
+        rates: number of last quantities that follow from differences of the measurements before them.
+        used: what the controller uses of it: "pose", "twist", "cables" or "".
+    """
+
+    needs: ClassVar[Needs] = of_sensor()
+    quantities: ClassVar[tuple[Quantity, ...]] = ()
+    rates: ClassVar[int] = 0
+    used: ClassVar[Used] = ""
+
+    name: Annotated[str, AfterValidator(_short)] | None = Field(
+        None, description="name, unique among the sensors, with which its columns begin; default: its type"
+    )
+    period: Time = Field(
+        0.0,
+        description="time from one measurement to the next: an integer multiple of control_step; 0: each control step",
+        json_schema_extra=unit("s"),
+    )
+    delay: Time = Field(
+        0.0,
+        description="time from a measurement to its arrival: an integer multiple of control_step",
+        json_schema_extra=unit("s"),
+    )
+    jitter: Time = Field(
+        0.0,
+        description="largest additional delay, uniformly distributed: an integer multiple of control_step. No "
+        "measurement overtakes another",
+        json_schema_extra=unit("s"),
+    )
+    dropout: Annotated[float, Field(ge=0, lt=1)] = Field(
+        0.0, description="probability that a measurement is lost, but for the first"
+    )
+
+    @property
+    def title(self) -> str:
+        """Name of its columns and random stream."""
+        return self.name or self.type
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """Measured values that are held, and their age."""
+        name = self.title
+        measured = [
+            Column(f"{name}_{each.key}", each.width, each.unit, f"{each.text}, measured by {name}", each.frame)
+            for each in self.quantities
+        ]
+        return (*measured, Column(f"{name}_age", 1, "s", f"Time since the measurement of {name}"))
+
+    @abstractmethod
+    def truth(self, sources: Sources) -> Truth:
+        """Return the true values of all quantities."""
+
+    def errors(self, cables: int) -> list[tuple[float, ...]]:
+        """Return gain, bias, noise, drift and resolution of each component (k, 5); an attitude has three."""
+        rows: list[tuple[float, ...]] = []
+        for each in self.quantities[: len(self.quantities) - self.rates]:
+            own: AttitudeErrors = getattr(self, each.key, AttitudeErrors())  # such as a flag, which has no errors
+            rows += own.rows(each.components(cables))
+        return rows
