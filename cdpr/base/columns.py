@@ -257,6 +257,17 @@ MOTORS: tuple[Column, ...] = (
     Column("motor_torque", CABLES, "N m", "Torque of the motor about the drum's axis; NaN for an ideal drive"),
     Column("motor_power", CABLES, "W", "Mechanical power of the motor, `motor_torque` times `drum_speed`"),
 )
+# Motors whose electrical data are known.
+ELECTRICAL: tuple[Column, ...] = (
+    Column("motor_current", CABLES, "A", "Current of the motor; NaN for a motor without torque or electrical data"),
+    Column("motor_voltage", CABLES, "V", "Voltage of the motor, of its resistance and of its speed; NaN likewise"),
+    Column(
+        "electrical_power",
+        CABLES,
+        "W",
+        "Electrical power of the motor: `motor_power` and the loss in its winding; negative when it feeds back power",
+    ),
+)
 # Drives that apply the commands of winches imperfectly.
 DRIVEN: tuple[Column, ...] = (
     Column(
@@ -275,7 +286,9 @@ STEPPERS: tuple[Column, ...] = (
 )
 # Columns that are NaN for cables without limits, and infinite without a limit on one side, such as after a power cut. A
 # non-finite value in any other column ends a run as diverged.
-NEED_NOT_BE_FINITE = frozenset({"margin", "true_margin", *(column.name for column in (*MOTORS, *STEPPERS))})
+NEED_NOT_BE_FINITE = frozenset(
+    {"margin", "true_margin", *(column.name for column in (*MOTORS, *ELECTRICAL, *STEPPERS))}
+)
 # Additional columns of this version; a new column is a line here. Its values are NaN until written.
 LATER: tuple[Column, ...] = ()
 
@@ -304,6 +317,7 @@ GROUPS: dict[str, ColumnGroup] = {
     "friction": ColumnGroup(FRICTION, "a pulley has friction"),
     "drums": ColumnGroup(DRUMS, "a winch takes a length or a rate"),
     "motors": ColumnGroup(MOTORS, "a cable has a winch with a drum"),
+    "electrical": ColumnGroup(ELECTRICAL, "a cable has a winch with a drum and a motor with a `torque_constant`"),
     "steppers": ColumnGroup(STEPPERS, "a winch is a stepper"),
     "unstretched": ColumnGroup(UNSTRETCHED, "a cable sags, or a winch takes a length or a rate"),
     "sagging": ColumnGroup(SAGGING, "a cable sags (`cable.model: catenary`)"),

@@ -174,10 +174,8 @@ def of_length_winch() -> Needs:
 
 
 def of_stepper() -> Needs:
-    """Return the needs of a stepper: exports contain no drives that count steps."""
-    steps = no("drives that count steps are not exported; set winch.type to position")
-    exports: dict[str, Any] = dict.fromkeys(("plant_fmu", "controller_fmu", "bare_controller_fmu", "native"), steps)
-    return replace(of_length_winch(), **exports, backend={"features": "steppers"})
+    """Return the needs of a stepper: exported controllers command lengths, and leave their steps to the drives."""
+    return replace(of_length_winch(), backend={"features": "steppers"})
 
 
 def of_drives() -> Needs:

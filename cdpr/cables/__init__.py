@@ -18,7 +18,7 @@ In robot files, `inextensible` selects the span alone: it is `rigid` if the winc
 
 `winch.type` replaces the winch of a model that stretches: `position` and `velocity` take a length or its rate as their
 command (`cdpr.cables.ideal_drive`, `cdpr.cables.servo`); `stepper` takes a length (`cdpr.cables.stepper`). Winches may
-have brakes (`cdpr.cables.brake`).
+have brakes (`cdpr.cables.brake`), and electrical data of their motors (`cdpr.cables.motor`).
 
 Cables of one robot may differ. The chain is evaluated together with the acceleration: once per step in semi-implicit
 engines, which then advance w and after it l0, and at every stage of `reference`.
@@ -34,7 +34,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cdpr.base.errors import CdprError
 from cdpr.base.kinds import Kinds
-from cdpr.cables import brake
+from cdpr.cables import brake, motor
 from cdpr.cables.catenary import CATENARY
 from cdpr.cables.chain import DIAMETER, LINEAR_DENSITY, Chain, Number, Winch
 from cdpr.cables.direct import DIRECT
@@ -45,6 +45,7 @@ from cdpr.cables.ideal_drive import IDEAL_DRIVE
 from cdpr.cables.inextensible import INEXTENSIBLE
 from cdpr.cables.servo import POSITION_SERVO, VELOCITY_SERVO
 from cdpr.cables.stepper import STEPPER, STEPPER_MOTOR, STEPPERS
+from cdpr.cables.stepper import TYPE as STEPPER_TYPE
 from cdpr.cables.tabulated import CURVE, TABULATED
 from cdpr.cables.viscoelastic import CREEP, VISCOELASTIC
 from cdpr.model import Cable, Robot
@@ -82,10 +83,10 @@ WINCH_TYPES: dict[str, tuple[Winch, Winch]] = {
     TORQUE: (DRUM, DRUM),
     "position": (IDEAL_DRIVE, POSITION_SERVO),
     "velocity": (IDEAL_DRIVE, VELOCITY_SERVO),
-    "stepper": (STEPPER, STEPPER_MOTOR),
+    STEPPER_TYPE: (STEPPER, STEPPER_MOTOR),
 }
 TENSION, LENGTH, RATE = "tension", "length", "rate"  # commands of winches
-COMMANDS = {TORQUE: TENSION, "position": LENGTH, "velocity": RATE, "stepper": LENGTH}
+COMMANDS = {TORQUE: TENSION, "position": LENGTH, "velocity": RATE, STEPPER_TYPE: LENGTH}
 
 
 def declared(numbers: Iterable[Number]) -> dict[str, Number]:
@@ -108,6 +109,7 @@ NUMBERS = declared(
     (
         *(number for chain in MODELS.values() for number in chain.winch.accepted),
         *(number for pair in WINCH_TYPES.values() for part in pair for number in part.accepted),
+        *motor.NUMBERS,
         *brake.NUMBERS,
     )
 )
@@ -141,8 +143,9 @@ def keys_of_numbers(owner: str) -> list[str]:
 
 
 def keys_of_winch(chain: Chain) -> set[str]:
-    """Return the keys of the numbers that a winch uses, including those of a brake."""
-    numbers = (*chain.winch.accepted, *(brake.NUMBERS if chain.stretches else ()))
+    """Return the keys of the numbers that a winch uses, including those of a brake and of the motor."""
+    electrical = motor.NUMBERS if chain.winch.transmission and chain.winch not in STEPPERS else ()
+    numbers = (*chain.winch.accepted, *(brake.NUMBERS if chain.stretches else ()), *electrical)
     return {number.key for number in numbers if number.owner == "winch"}
 
 

@@ -156,7 +156,7 @@ template <class T> inline int chain_slopes(ChainSlopes<T>& cables) {
         const T speed = states.speed(i), unwound = states.unwound(i), load = row.load(cables.tension[i], speed);
         T present[ChainRow<T>::NUMBERS];
         const T *numbers = row.winch(unwound, present), *own = states.own(i, true);
-        const WinchMotion<T> motion = {numbers, own, cables.command[i], load, unwound, speed};
+        const WinchMotion<T> motion = {numbers, own, cables.command[i], load, unwound, speed, row.transmission()};
         slopes.unwound(i) = -row.per_turn(unwound) * speed;
         slopes.speed(i) = drum_acceleration(row.winch_kind(), motion);
         own_slopes(row.winch_kind(), motion, slopes.own(i, true), states.own_count(i, row));
@@ -187,7 +187,8 @@ template <class T> inline int chain_start(ChainStart<T>& cables) {
         cables.states.unwound(i) = unwound;
         cables.states.speed(i) = speed;
         span_start(kind, row.span(), length, unwound, row.lowest(), cables.states.of_span(i, row));
-        own_start(row.winch_kind(), {row.winch(unwound, present), own, command, load, unwound, speed}, own,
+        own_start(row.winch_kind(),
+                  {row.winch(unwound, present), own, command, load, unwound, speed, row.transmission()}, own,
                   cables.states.own_count(i, row));
     }
     return 0;

@@ -6,6 +6,7 @@
 #pragma once
 
 #include <cdpr/cables/drum/drum.hpp>
+#include <cdpr/cables/transmission.hpp>
 
 namespace cdpr::CDPR_TARGET {
 
@@ -17,13 +18,14 @@ template <class T> struct StepperNumbers {
     T microsteps;    // in a full step
     T stall_torque;  // N m
     T speed_max;     // rad/s
+    T gear_ratio;
 
-    CDPR_INLINE T full_step() const { return TURN / steps_per_turn; }  // rad
+    CDPR_INLINE T full_step() const { return TURN / (steps_per_turn * gear_ratio); }  // rad, of the drum
     CDPR_INLINE T microstep() const { return full_step() / microsteps; }
 };
 
 template <class T> CDPR_INLINE StepperNumbers<T> stepper_numbers(const T* first) {
-    return {first[0], first[1], first[2], first[3]};
+    return {first[0], first[1], first[2], first[3], first[4]};
 }
 
 // Stepper without inertia: its drum turns as its steps.
@@ -38,7 +40,8 @@ struct StepperMotor {
 
     template <class T> static CDPR_INLINE T torque(WinchMotion<T> motion) {
         const StepperNumbers<T> own = stepper_numbers(motion.numbers + OWN);
-        const T behind = (motion.unwound - motion.own[REFERENCE]) / motion.numbers[Drum::RADIUS];
+        const T per_turn = motion.numbers[Drum::RADIUS];
+        const T behind = Transmission::turned(motion.transmission, per_turn, motion.unwound, motion.own[REFERENCE]);
         return own.stall_torque * sine(behind / own.full_step() * StepperNumbers<T>::QUARTER);
     }
 
@@ -56,7 +59,9 @@ struct StepperMotor {
         const T load = radius * motion.tension + Drum::friction(motion.numbers, motion.speed);
         const T share = smaller(larger(load / numbers.stall_torque, T(-1.0)), T(1.0));
         const T lag = angle_of(share, square_root(T(1.0) - share * share));
-        own[REFERENCE] = motion.unwound - radius * numbers.full_step() * lag / StepperNumbers<T>::QUARTER;
+        const T angle = numbers.full_step() * lag / StepperNumbers<T>::QUARTER;
+        const T mean = Transmission::mean_per_turn(motion.transmission, radius, angle);
+        own[REFERENCE] = motion.unwound - mean * numbers.full_step() * lag / StepperNumbers<T>::QUARTER;
     }
 
     // The steps of a control period are spread evenly over it.

@@ -51,6 +51,21 @@ struct Transmission {
         return select(turned > T(0.0), length, T(NOT_A_NUMBER));
     }
 
+    // Return the angle, rad, by which the drum winds in from an unwound length to another, m. `per_turn` is that at the
+    // first one, m/rad.
+    template <class T> static CDPR_INLINE T turned(const T* numbers, T per_turn, T from, T to) {
+        if (!any(numbers[GROWTH] != T(0.0))) return (from - to) / per_turn;
+        const T grown = numbers[GROWTH] * numbers[LINES] / numbers[REEVING] * (from - to);
+        return 2.0 * (from - to) / (per_turn + square_root(per_turn * per_turn + grown));
+    }
+
+    // Return the mean length per angle, m/rad, while the drum winds in by an angle, rad, from the unwound length at
+    // which it is `per_turn`.
+    template <class T> static CDPR_INLINE T mean_per_turn(const T* numbers, T per_turn, T angle) {
+        if (!any(numbers[GROWTH] != T(0.0))) return per_turn;
+        return per_turn + 0.25 * numbers[GROWTH] * numbers[LINES] / numbers[REEVING] * angle;
+    }
+
     // Return the torque that moves the cable at a drum speed, rad/s, relative to that without losses.
     template <class T> static CDPR_INLINE T load(const T* numbers, T speed) {
         const T one = 1.0, efficiency = numbers[EFFICIENCY];

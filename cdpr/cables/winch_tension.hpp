@@ -18,9 +18,10 @@ template <class T> struct WinchMotion {
     const T* numbers;  // of the part; the first is the present cable per unit of its coordinate
     const T* own;      // its own state numbers
     T command;
-    T tension;  // N, of its cable, with the loss of the transmission
-    T unwound;  // m, unstretched length; of a cable that does not stretch, the length
-    T speed;    // of its coordinate, such as rad/s, positive when winding in
+    T tension;              // N, of its cable, with the loss of the transmission
+    T unwound;              // m, unstretched length; of a cable that does not stretch, the length
+    T speed;                // of its coordinate, such as rad/s, positive when winding in
+    const T* transmission;  // transmission.hpp
 };
 
 }  // namespace cdpr::CDPR_TARGET

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr.log.clearance_rows import add_rows
+from cdpr.log.electrical import Electrical, electrical
 from cdpr.log.header import Header
 from cdpr.log.limit_violations import beyond, tables
 from cdpr.log.lost_steps import LostSteps, lost_steps
@@ -59,6 +60,8 @@ def summarise(run: Run) -> dict[str, Any]:
     - `slack_samples` are samples with a slack cable, `slack_intervals` the intervals by cable.
     - `lost_steps`, if the robot has stepper motors, is the number of full steps by which they are wrong at the end;
       `lost_steps_intervals` are the intervals by cable, with positive numbers of steps if the cable was paid out.
+    - `motor_current_A`, `motor_voltage_V` and `electrical_energy_J`, if motors have electrical data, are the largest
+      magnitudes of all motors, the largest rms current, and the energies that the motors used and fed back.
     - `energy_J` contains the work of each source, named by its column. `balanced` is None if the work of a source is
       unknown; `unknown_works` then names these sources.
     - `through_anchor_s`, `through_axis_s` and the sentence `passed` exist if a cable passes its anchor or swivel axis:
@@ -132,7 +135,7 @@ class Accumulator:
         self._squares = np.empty((2, 0))  # squared norms of position and orientation error in the current block
         self._sums: list[Array] = []  # (2,) of each complete block
         self.beyond = beyond_of(header)
-        self._found = Slack(), Singular(), LostSteps()
+        self._found = Slack(), Singular(), LostSteps(), Electrical()
         self.closest = closest
         self.count = 0
         self._start: Array | None = None  # first row
@@ -205,7 +208,9 @@ class Accumulator:
             closest = None if self.closest is None else self.closest.copy()
             if closest is not None:
                 add_rows(closest, self._header.layout, rows)
-            found = loose, self.singular.added(part, intact), lost_steps(self.lost, self._header, rows)
+            lost = lost_steps(self.lost, self._header, rows)
+            motors = electrical(self._found[3], self._header, rows)
+            found = loose, self.singular.added(part, intact), lost, motors
             for name in ("residual", "margin", "kinetic", *self._sources):
                 self._update_extremes(name, part[name])
             parts = np.abs([part.kinetic, part.potential_change, *(part[name] for name in self._sources)])
@@ -248,6 +253,7 @@ class Accumulator:
                 "max": high.get("cable tension", 0.0),
             }
         figures |= self.slack.figures(self._header.cables) | self.lost.figures(self._header.cables)
+        figures |= self._found[3].figures(0.0 if self._start is None else float(self._start[0]))
         figures["residual_max_N"] = high["residual"]
         figures["margin_min_N"] = low["margin"]
         figures["energy_J"] = self._energy()

@@ -83,7 +83,8 @@ template <class T> struct Plant {
     CDPR_INLINE WinchMotion<T> motion(int64_t i, T pull, T* present) const {
         const T along = unwound_or_length(i), turning = winch_speed(i);
         const ChainRow<T> row = chain(i);
-        return {row.winch(along, present), own(i), command[i], row.load(pull, turning), along, turning};
+        return {row.winch(along, present), own(i), command[i], row.load(pull, turning), along, turning,
+                row.transmission()};
     }
 
     // Return whether the motor of winch i has no power; its brake then holds the drum.

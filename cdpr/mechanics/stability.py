@@ -137,7 +137,7 @@ def _loops(chain: Chain, cable: Cable) -> tuple[float, float]:
         return 0.0, 0.0
     gains = {number.key: number.of(cable) for number in chain.winch.numbers}
     if chain.winch is STEPPER_MOTOR:
-        return gains["stall_torque"] * gains["steps_per_turn"] / 4.0, 0.0  # pi / 2 per full step
+        return gains["stall_torque"] * gains["steps_per_turn"] * gains["gear_ratio"] / 4.0, 0.0  # pi / 2 per full step
     if gains["torque_lag"] > 0.0:
         return 0.0, 0.0
     position = gains["position_gain"] if chain.winch.command == "length" else 0.0

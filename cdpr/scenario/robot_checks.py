@@ -33,7 +33,7 @@ from cdpr.scenario.robot_schema import (
     names_of_exports,
     of_a_body,
 )
-from cdpr.scenario.winch_kinds import Kind, kind_of, winch_path, wrong_brake
+from cdpr.scenario.winch_kinds import Kind, kind_of, winch_path, wrong_brake, wrong_motor
 
 EXAMPLES = {"winch": "{drum_radius: 0.05, inertia: 0.01}"}  # m, kg m^2; examples of required sections
 
@@ -178,7 +178,7 @@ class RobotChecks(Checks):
         return False
 
     def _winches(self) -> None:
-        """Check the brakes, and report numbers that no cable with this winch uses."""
+        """Check brakes and motors of the winches."""
         given = self.document.get((*self.root, "cables"))
         if not isinstance(given, list):
             return
@@ -189,7 +189,7 @@ class RobotChecks(Checks):
         for path, kinds in users.items():
             winch = self.document.get(path)
             if isinstance(winch, dict):
-                for key, text in wrong_brake(winch, kinds):
+                for key, text in (*wrong_brake(winch, kinds), *wrong_motor(winch)):
                     self.problems.add(self.document.key_mark((*path, key)), (*path, key), text)
 
     def _lacks(self, cable: dict[str, Any], owner: str, key: str = "") -> bool:

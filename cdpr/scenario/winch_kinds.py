@@ -20,6 +20,8 @@ from cdpr.cables import (
 from cdpr.cables.brake import DELAY
 from cdpr.cables.brake import TORQUE as BRAKE
 from cdpr.cables.chain import Chain
+from cdpr.cables.motor import NUMBERS as MOTOR
+from cdpr.cables.motor import RESISTANCE, TORQUE_CONSTANT
 from cdpr.config.document import Document
 
 Kind = tuple[str, str, bool]  # arguments of `cdpr.cables.composed`
@@ -80,3 +82,12 @@ def wrong_brake(winch: Mapping[str, Any], kinds: Sequence[Kind]) -> Iterator[tup
     if winch.get(DELAY.key) and any(kind[1] != TORQUE and not kind[2] for kind in kinds):
         text = "must be 0 without an inertia: such a drum has no motion without power; set winch.inertia, or remove it"
         yield DELAY.key, text
+
+
+def wrong_motor(winch: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Yield the key and a message of a number of a motor that needs another one, which the winch does not have."""
+    given = [number.key for number in MOTOR if winch.get(number.key) is not None]
+    lacking = [number for number in (TORQUE_CONSTANT, RESISTANCE) if number.key not in given]
+    if given and lacking:
+        missing = " and ".join(f"{number.key} ({number.unit})" for number in lacking)
+        yield given[0], f"currents and voltages of a motor need {missing} too: add it from the motor's data sheet"

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from contextlib import ExitStack
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,7 @@ from cdpr.simulation.build import STARTED, build
 from cdpr.simulation.columns import chosen_plugins
 from cdpr.simulation.loop import Loop
 from cdpr.simulation.loop_parts import loop_parts
+from cdpr.simulation.small_steps import SMALL, counted_places, small_steps
 from cdpr.tension.status import Status
 
 OWN = "cdpr"  # distribution of the built-in plugins
@@ -105,7 +106,8 @@ def linearise(scenario: Scenario, pose: Array, *, response: bool = False) -> Lin
             loop = Loop(parts)
             opened.callback(loop.close)
             loop.warm_up(held.initial.state())
-            return _Period(loop, held).linearised(response)
+            found = _Period(loop, held).linearised(response)
+            return replace(found, notes=(*found.notes, SMALL)) if has_steppers(scenario.robot) else found
         except CdprError:
             raise
         except Exception as error:
@@ -135,8 +137,6 @@ def unknown_part(scenario: Scenario) -> str:
     robot = scenario.robot
     if reason := next((why for each in robot.cables if (why := chain_of(robot, each).span.nonlinear(each))), ""):
         return reason
-    if has_steppers(robot):
-        return "steppers move in whole steps; winch.type: position is their limit of small steps"
     return ""
 
 
@@ -155,7 +155,7 @@ def _held(scenario: Scenario, pose: Array) -> Scenario:
     changes["backend_options"] = {BACKEND: {"scheme": _scheme(scenario)}}
     if scenario.events:
         changes["events"] = []
-    return scenario.with_changes(changes)
+    return scenario.with_changes(changes | small_steps(scenario))
 
 
 class _Period:
@@ -180,6 +180,9 @@ class _Period:
         loop.begin(np.zeros((BLOCK, len(loop.row))), BLOCK)
         self._advance()
         self._place = loop.pipeline.place
+        rotors = [] if self._winches is None else counted_places(robot, self._winches.places)
+        turned = np.zeros(0) if self._winches is None else self._winches.state
+        self._counted = [(i, turned[at : at + 1], loop.present.issued[i] - turned[at]) for i, at in rotors]
         winches = () if self._winches is None else self._winches.arrays
         kept = {id(array) for array in (parts.backend.command, parts.backend.external, *winches)}
         motion = {id(array) for array in parts.backend.arrays} - kept  # type: ignore[attr-defined]
@@ -359,6 +362,8 @@ class _Period:
         self._loop.pipeline.place = self._place
         for span, array, where in self._others:
             array[where] = x[span]
+        for cable, unwound, ahead in self._counted:  # a drive counts its steps from the start, under load
+            self._loop.present.issued[cable] = unwound[0] + ahead
 
     def _check_status(self) -> None:
         self._loop.decide()

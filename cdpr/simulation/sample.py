@@ -10,6 +10,7 @@ import numpy as np
 from cdpr.base.errors import Diverged, LimitViolation, PluginError
 from cdpr.cables import bends, commands_of
 from cdpr.cables.drums import emptied
+from cdpr.cables.motor import motor_table
 from cdpr.log.layout import Layout
 from cdpr.log.limit_violations import beyond
 from cdpr.mechanics.energy import energy
@@ -28,6 +29,9 @@ from cdpr.simulation.observe import Body, Observation, PlantOutputs, acceleratio
 from cdpr.simulation.parts import Parts
 from cdpr.tension.current_sample import Cables, Present
 from cdpr.tension.operations import Operation
+
+MOTOR_INPUTS = {"torque": "motor_torque", "speed": "drum_speed"}  # fields of motor.hpp and their columns
+MOTOR_OUTPUTS = {"current": "motor_current", "voltage": "motor_voltage", "power": "electrical_power"}
 
 Do = Callable[[], object]
 Refuse = Callable[[int], None]  # reaction to impossible states, by a key of `cdpr.simulation.faults.FAULTS`
@@ -209,7 +213,15 @@ class Sample:
         if not self.layout.has("motors"):
             return ()
         names = "drum_angle", "drum_speed", "motor_torque", "motor_power"
-        return backend.drum_readings(*map(self.view, names))
+        return [*backend.drum_readings(*map(self.view, names)), *self._electrical()]
+
+    def _electrical(self) -> Sequence[Do]:
+        """Return the operation that computes currents and voltages of the motors from torques and speeds."""
+        if not self.layout.has("electrical"):
+            return ()
+        inputs = {name: self.view(column)[None] for name, column in MOTOR_INPUTS.items()}
+        outputs = {name: self.view(column)[None] for name, column in MOTOR_OUTPUTS.items()}
+        return [bind("read_motors", motors=motor_table(self._parts.robot), **inputs, **outputs)]
 
     def _refuse_seen(self, _: int) -> None:
         names = ", ".join(repr(part.name) for part in self._parts.more if part.writes)

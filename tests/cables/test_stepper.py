@@ -10,7 +10,7 @@ from cdpr.cables.stepper import STEPPER, STEPPER_MOTOR
 from cdpr.cables.tables import SPAN
 from cdpr.native.bind import bind
 
-LOW, HIGH = [100.0, 1.0, 1.0, 1.0], [400.0, 64.0, 50.0, 100.0]  # numbers of `stepper.STEPS`
+LOW, HIGH = [100.0, 1.0, 1.0, 1.0, 1.0], [400.0, 64.0, 50.0, 100.0, 3.0]  # numbers of `stepper.STEPS`
 OWN = {STEPPER: 1, STEPPER_MOTOR: 5}  # their place in the numbers of the winch
 
 
@@ -20,10 +20,10 @@ class Stepping(Sample):
     def __init__(self, seed, winch):
         super().__init__(seed, winch, ELASTIC)
         rng = np.random.default_rng(seed + 2000)
-        self.steps = rng.uniform(LOW, HIGH, (M, 4))
+        self.steps = rng.uniform(LOW, HIGH, (M, 5))
         chains = self.given["chains"].copy()
         chains[:, 3 : 3 + OWN[winch]] = self.drum[:, : OWN[winch]]
-        chains[:, 3 + OWN[winch] : 7 + OWN[winch]] = self.steps
+        chains[:, 3 + OWN[winch] : 8 + OWN[winch]] = self.steps
         chains[:, SPAN : SPAN + 2] = self.elastic
         self.given["chains"] = chains
         self.unwound, self.speed = self.length * rng.uniform(0.98, 1.005, M), rng.normal(size=M)
@@ -38,7 +38,7 @@ class Stepping(Sample):
 
     def motor(self, unwound, reference):
         """Return M_s sin(pi/2 (l0 - L_c) / (r a)), N m."""
-        step = self.drum[:, 0] * 2.0 * np.pi / self.steps[:, 0]  # m of a full step
+        step = self.drum[:, 0] * 2.0 * np.pi / (self.steps[:, 0] * self.steps[:, 4])  # m of a full step
         return self.steps[:, 2] * np.sin(0.5 * np.pi * (unwound - reference) / step)
 
 

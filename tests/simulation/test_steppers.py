@@ -9,6 +9,7 @@ from log_cases import same_bits
 import cdpr
 from cdpr.analysis.distribution.describe import describe_robot, winch_figures
 from cdpr.simulation.linearised import linearise
+from cdpr.simulation.poles import closed_loop, poles, verdict
 from cdpr.ui.report.text.description import _winches
 
 RADIUS, TURN, STALL, STIFFNESS = 0.05, 200.0, 2.0, 2e4  # m, full steps, N m, N
@@ -207,6 +208,66 @@ def test_controllers_of_wrenches_and_tensions_drive_steppers_by_the_map(controll
     assert np.abs(run.position - ideal.position).max() < 5e-4
 
 
+GEARED = {"gear_ratio": 3.0, "drum_growth": 2e-4, "lines": 2.0, "reeving": 2.0}
+
+
+def angle_of(lengths, home):
+    """Return the angle of a drum in closed form, rad: its squared radius grows by n g per length of line wound."""
+    growth, falls = GEARED["drum_growth"] * GEARED["lines"], GEARED["reeving"]
+    wound = falls * (home - lengths)
+    return 2.0 * (np.sqrt(RADIUS**2 + growth * wound) - RADIUS) / growth
+
+
+@pytest.mark.parametrize("winch", [STRONG, MOTOR | STRONG], ids=["ideal", "rotor"])
+def test_gears_layers_and_tackles_set_the_size_of_a_step(winch):
+    """The drum turns by whole microsteps of the motor from its home pose, also while its radius grows."""
+    scenario = camera(winch | GEARED, **{"simulation.physics_step": 0.0002})
+    run = cdpr.simulate(scenario)
+    assert not run.lost_steps.any()
+    home = np.linalg.norm(ANCHORS - [0.0, 0.0, 1.0], axis=1)
+    angle, microstep = angle_of(run.counted_length, home), 2.0 * np.pi / (TURN * GEARED["gear_ratio"] * 16.0)
+    np.testing.assert_allclose(angle / microstep, np.round(angle / microstep), atol=1e-5)
+    assert np.ptp(angle, axis=0).min() > 1.0
+    commanded = angle_of(run.winch_command, home)
+    np.testing.assert_allclose(angle[1:], commanded[:-1], atol=0.5001 * microstep)
+    lag = 1e-9 if winch is STRONG else 16.0 * microstep
+    np.testing.assert_allclose(run.drum_angle, angle, atol=lag)
+
+
+@pytest.mark.parametrize("winch", [STEPPER, MOTOR], ids=["ideal", "rotor"])
+def test_lost_steps_are_counted_on_a_drum_that_grows(winch):
+    scenario = camera(winch | GEARED | {"stall_torque": 0.3}, **{"simulation.physics_step": 0.0002})
+    run = cdpr.simulate(scenario)
+    lost = run.lost_steps[-1]
+    assert lost.max() > 40.0
+    assert not (lost % 4.0).any()
+    home = np.linalg.norm(ANCHORS - [0.0, 0.0, 1.0], axis=1)
+    behind = angle_of(run.counted_length[-1], home) - run.drum_angle[-1]
+    full_step = 2.0 * np.pi / (TURN * GEARED["gear_ratio"])
+    # without inertia, a step that is lost at a sample slips in the following period
+    np.testing.assert_allclose(behind / full_step, lost, atol=2.0 if winch is MOTOR else 4.0 + 1e-6)
+    if winch is STEPPER:
+        before = run.lost_steps[-2]
+        np.testing.assert_allclose(behind / full_step, before, atol=1e-4)
+
+
+def test_losses_of_the_gear_load_the_motor():
+    """While the drum winds in, the motor needs r T / e."""
+    run = cdpr.simulate(camera(STRONG | {"stall_torque": 50.0, "efficiency": 0.5, "coulomb_speed": 1e-3}))
+    winding = run.drum_speed > 0.1
+    assert winding.any()
+    np.testing.assert_allclose(run.motor_torque[winding], RADIUS * run.cable_tension[winding] / 0.5, rtol=1e-9)
+    unwinding = run.drum_speed < -0.1
+    np.testing.assert_allclose(run.motor_torque[unwinding], RADIUS * run.cable_tension[unwinding] * 0.5, rtol=1e-9)
+
+
+def test_the_speed_limit_holds_on_a_drum_that_grows():
+    slow = cdpr.simulate(camera(STRONG | GEARED | {"speed_max": 8.0}, **{"simulation.duration": 4.0}))
+    assert 7.9 < np.abs(slow.drum_speed).max() < 8.0 * 1.001
+    free = cdpr.simulate(camera(STRONG | GEARED))
+    assert np.abs(slow.counted_length[-1] - free.counted_length[-1]).max() < 1e-12
+
+
 MESSAGES = {
     "torque": ({"stall_torque": None}, "with winch.type stepper needs the stall torque (N m) of each cable"),
     "drum": ({"drum_radius": None}, "with winch.type stepper needs the radius of the drum"),
@@ -246,11 +307,56 @@ def test_the_nominal_winch_is_merged_key_by_key():
     assert (winch.drum_radius, winch.inertia, winch.viscous_friction) == (RADIUS, 0.002, 0.1)
 
 
-def test_loops_with_steppers_are_not_linearised():
-    with pytest.raises(cdpr.CdprError, match="steppers move in whole steps"):
-        linearise(camera(STEPPER), np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0]))
+def test_poles_of_steppers_without_inertia_are_those_of_ideal_drives():
+    pose = np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+    control = {"controller": {"type": "computed_torque", "kp": 40.0, "kd": 12.0}}
+    found, ideal = (
+        closed_loop(camera(winch, **control), pose)
+        for winch in (STRONG | GEARED, {"type": "position", "drum_radius": RADIUS} | GEARED)
+    )
+    assert found["poles"] == ideal["poles"]
+    assert len(found["poles"]) > 6
+    assert "very small steps" in found["notes"][0]
+    assert not ideal["notes"]
 
 
-def test_exports_do_not_contain_steppers(tmp_path):
-    with pytest.raises(cdpr.CdprError, match=r"drives that count steps are not exported; set winch\.type to position"):
-        cdpr.export(camera(STEPPER), "native", out=tmp_path / "native")
+def test_poles_of_a_rotor_are_those_of_its_linear_equations():
+    """A slide on a rotor and an ideal drive, linear about the deflection at which the rotor holds the load."""
+    damping, inertia, friction, mass = 60.0, 2e-4, 0.05, 0.5
+    winch = MOTOR | {"microsteps": 1e9, "gear_ratio": 2.0}
+    pull = {"controller": {"type": "inverse_kinematics", "pretension": 20.0}}
+    run = cdpr.simulate(tug(winch, **pull))
+    x, (own, other) = run.position[-1, 0], run["unstretched_length"][-1]
+    angle = 2.0 * np.pi / (TURN * 2.0)  # rad, of a full step
+    deflection = np.arcsin(run.motor_torque[-1, 0] / STALL)
+    slope = STALL * 0.5 * np.pi / (RADIUS * angle) * np.cos(deflection)  # N m per m
+    assert 0.3 < deflection < 0.9
+    # states: x, unwound length of the left cable, and their rates
+    stretch, unwind, right = STIFFNESS / own, -STIFFNESS * (2.0 + x) / own**2, STIFFNESS / other
+    A = np.zeros((4, 4))
+    A[:2, 2:] = np.eye(2)
+    tension = np.array([stretch, unwind, damping, -damping])  # of the left cable
+    A[2] = (-tension - [right, 0.0, damping, 0.0]) / mass
+    A[3] = (RADIUS * RADIUS * tension - [0.0, RADIUS * slope, 0.0, friction]) / inertia
+    expected = sorted(np.linalg.eigvals(A), key=lambda s: (s.real, s.imag))
+    pose = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
+    loop = linearise(tug(winch, **pull, **{"simulation.physics_step": 0.0001}), pose)
+    found = sorted((pole.value for pole in poles(loop)), key=lambda s: (s.real, s.imag))
+    np.testing.assert_allclose(found, expected, rtol=1e-4)  # of the fourth-order scheme and the state at rest
+    assert verdict(loop) == "stable"
+
+
+def test_an_overloaded_stepper_has_no_poles():
+    pose = np.array([0.0, 0.0, 1.0, 1.0, 0.0, 0.0, 0.0])
+    found = closed_loop(camera(MOTOR | {"stall_torque": 0.2}), pose)
+    assert found["poles"] is None
+    assert "no state of rest" in found["problem"]
+
+
+def test_exports_for_real_time_programs_leave_the_steps_to_the_drives(tmp_path):
+    """Their program commands the lengths of an ideal drive."""
+    files = []
+    for name, winch in (("stepper", STEPPER), ("ideal", {"type": "position", "drum_radius": RADIUS})):
+        cdpr.export(camera(winch), "native", out=tmp_path / name)
+        files.append({path.name for path in (tmp_path / name).iterdir()})
+    assert files[0] == files[1] != set()

@@ -10,6 +10,7 @@ import numpy as np
 from cdpr.analysis.distribution.survey import Survey, survey
 from cdpr.cables import WINCH_TYPES, bends, rubs
 from cdpr.cables.drum import INERTIA, RADIUS
+from cdpr.cables.motor import RESISTANCE, TORQUE_CONSTANT
 from cdpr.cables.stepper import MICROSTEPS, STALL_TORQUE, STEPS_PER_TURN
 from cdpr.cables.transmission import EFFICIENCY, GEAR_RATIO, GROWTH, REEVING
 from cdpr.mechanics.exit_friction import FRICTIONLESS
@@ -40,6 +41,7 @@ WINCH = {
     "efficiency": EFFICIENCY,
     "inertia_kg_m2": INERTIA,
 }
+MOTOR = {"torque_constant_N_m_per_A": TORQUE_CONSTANT, "resistance_ohm": RESISTANCE}
 STEPPER = {"steps_per_turn": STEPS_PER_TURN, "microsteps": MICROSTEPS, "stall_torque_N_m": STALL_TORQUE}
 
 
@@ -85,7 +87,8 @@ def describe_robot(robot: Robot) -> dict[str, Any]:
 def winch_figures(cable: Cable) -> dict[str, Any] | None:
     """Return the figures of a cable's winch, None for unknown numbers; None without a winch.
 
-    They are its type, drum, transmission and inertia, and for a stepper its steps and stall torque.
+    They are its type, drum, transmission and inertia, the electrical data of its motor if given, and for a
+    stepper its steps and stall torque.
 
     Example:
         >>> import cdpr
@@ -95,6 +98,8 @@ def winch_figures(cable: Cable) -> dict[str, Any] | None:
     if cable.winch is None:
         return None
     known = WINCH | STEPPER if STALL_TORQUE in WINCH_TYPES[cable.winch.type][0].numbers else WINCH
+    if math.isfinite(TORQUE_CONSTANT.of(cable, math.nan)):
+        known = known | MOTOR
     numbers = {key: number.of(cable, math.nan) for key, number in known.items()}
     return {
         "type": cable.winch.type,

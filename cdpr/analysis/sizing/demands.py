@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from cdpr.analysis.sizing.duty import Duty
 from cdpr.base.errors import CdprError
 from cdpr.cables.drums import DrumMotion, drum_motion, emptied
+from cdpr.cables.motor import motor_readings
 from cdpr.cables.transmission import GEAR_RATIO
 from cdpr.model.robot import Array, Robot
 
@@ -34,6 +35,10 @@ class Demands:
         torque, torque_rms: motor torque about the drum's axis, N m; without time, that at rest.
         motor_speed, motor_torque, motor_torque_rms: the same at the motor's shaft, rad/s and N m.
         motor_power: largest magnitude, W.
+        current, current_rms: motor current, A; without time, that at rest.
+        voltage: largest magnitude of the motor's voltage, V; without time, that at rest.
+        electrical_power, feedback_power: largest electrical power used and fed back by the motor, W, both positive.
+        used, regenerated: electrical energy used and fed back, J, each counted per motor.
     """
 
     tension: Array
@@ -55,6 +60,13 @@ class Demands:
     motor_torque: Array
     motor_torque_rms: Array
     motor_power: Array
+    current: Array
+    current_rms: Array
+    voltage: Array
+    electrical_power: Array
+    feedback_power: Array
+    used: Array
+    regenerated: Array
 
 
 ROUNDING = 1e-12  # share of the largest power that is round-off of the rates
@@ -79,7 +91,9 @@ def demands(duty: Duty) -> Demands:
         known["turns"] = drum_turns(duty.robot, known["shortest"], known["longest"])
         if duty.time is None or duty.rate is None:
             still = np.zeros(length.shape)
-            known["torque"] = _largest(drum_motion(duty.robot, length, still, still).per_turn * tension)
+            torque = drum_motion(duty.robot, length, still, still).per_turn * tension
+            current, voltage, _ = motor_readings(duty.robot, torque, still)
+            known |= {"torque": _largest(torque), "current": _largest(current), "voltage": _largest(voltage)}
         else:
             tension = np.where(good[:, None], duty.tension, np.nan)
             winch = None if duty.winch_tension is None else np.where(good[:, None], duty.winch_tension, np.nan)
@@ -125,6 +139,8 @@ def _in_motion(
     driving, braking = np.maximum(power, 0.0), np.maximum(-power, 0.0)
     drums = drum_motion(robot, length, rate, acceleration)
     torque = _torque(robot, tension if winch_tension is None else winch_tension, drums)
+    current, voltage, electrical = motor_readings(robot, torque, drums.speed)
+    used, regenerated = np.maximum(electrical, 0.0), np.maximum(-electrical, 0.0)
     return {
         "tension_rms": _rms(tension, time),
         "speed": speed,
@@ -137,6 +153,13 @@ def _in_motion(
         "torque": _largest(np.abs(torque)),
         "torque_rms": _rms(torque, time),
         "motor_power": _largest(np.abs(torque * drums.speed)),
+        "current": _largest(np.abs(current)),
+        "current_rms": _rms(current, time),
+        "voltage": _largest(np.abs(voltage)),
+        "electrical_power": _largest(used),
+        "feedback_power": _largest(regenerated),
+        "used": _known(_integral(used, time), electrical),
+        "regenerated": _known(_integral(regenerated, time), electrical),
     }
 
 
@@ -166,6 +189,11 @@ def _largest(values: Array) -> Array:
 def _integral(values: Array, time: Array) -> Array:
     """Return the integral over time of each column by the trapezoidal rule; unknown values count as 0."""
     return np.asarray(np.trapezoid(np.nan_to_num(values), time, axis=0))
+
+
+def _known(figures: Array, values: Array) -> Array:
+    """Return figures (m,), NaN for columns of `values` (K, m) without a known value."""
+    return np.asarray(np.where(np.isfinite(values).any(axis=0), figures, np.nan))
 
 
 def _rms(values: Array, time: Array) -> Array:

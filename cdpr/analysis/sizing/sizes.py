@@ -15,10 +15,13 @@ from cdpr.base.defaults import SAFETY
 from cdpr.base.errors import CdprError
 from cdpr.base.problems import shown
 from cdpr.cables import bends, rubs
+from cdpr.cables.chain import Number
+from cdpr.cables.motor import RATED_CURRENT, SUPPLY
 from cdpr.mechanics.exit_friction import SIZED as FRICTION
 from cdpr.mechanics.reach import Reach, bounds_of, plain_columns
 from cdpr.mechanics.sag import SIZED
 from cdpr.model import Robot
+from cdpr.model.robot import Array
 
 # Relative tolerance of tension limits, as in solvers: logged tensions are decimal.
 REACHED = 1e-9
@@ -93,6 +96,13 @@ NAMES = {
     "motor_torque": "motor_torque_peak_N_m",
     "motor_torque_rms": "motor_torque_rms_N_m",
     "motor_power": "motor_power_W",
+    "current": "motor_current_peak_A",
+    "current_rms": "motor_current_rms_A",
+    "voltage": "motor_voltage_V",
+    "electrical_power": "electrical_power_W",
+    "feedback_power": "electrical_feedback_W",
+    "used": "electrical_energy_used_J",
+    "regenerated": "electrical_energy_regenerated_J",
 }
 
 
@@ -136,17 +146,25 @@ def _exceeded(duty: Duty, found: Demands) -> tuple[str, ...]:
     """Return descriptions of the exceeded limits of the robot's cables."""
     robot, names = duty.robot, [cable.name for cable in duty.robot.cables]
     texts = []
-    for limit, values, sign, words in (
-        (robot.tension_max, found.tension, 1.0, "pull more than their highest tension"),
-        (robot.tension_min, found.tension_least, -1.0, "pull less than their lowest tension"),
+    supply, rated = (_limits(robot, number) for number in (SUPPLY, RATED_CURRENT))
+    for limit, values, sign, scale, words in (
+        (robot.tension_max, found.tension, 1.0, robot.tension_max, "pull more than their highest tension"),
+        (robot.tension_min, found.tension_least, -1.0, robot.tension_max, "pull less than their lowest tension"),
+        (supply, found.voltage, 1.0, supply, f"have motors that need more than their {SUPPLY.key}"),
+        (rated, found.current_rms, 1.0, rated, f"have motors whose rms current exceeds their {RATED_CURRENT.key}"),
     ):
         with np.errstate(invalid="ignore"):
-            over = sign * (values - limit) > REACHED * np.abs(robot.tension_max)
+            over = sign * (values - limit) > REACHED * np.abs(scale)
         if over.any():
             texts.append(f"cables {', '.join(name for name, out in zip(names, over, strict=True) if out)} {words}")
     if duty.time is not None and duty.rate is not None:
         texts += _left(robot, names, np.column_stack([duty.time, duty.length, duty.rate]))
     return tuple(texts)
+
+
+def _limits(robot: Robot, number: Number) -> Array:
+    """Return a number of the motors of all cables, (m,); NaN if it is not known."""
+    return np.array([math.nan if cable.winch is None else number.of(cable, math.nan) for cable in robot.cables])
 
 
 def _left(robot: Robot, names: Sequence[str], rows: Any) -> list[str]:

@@ -35,6 +35,11 @@ FIGURES = (
     "cable_tension_max_N",
     "slack_samples",
     "lost_steps",  # if the robot has stepper motors
+    "motor_current_max_A",  # if motors have electrical data
+    "motor_current_rms_A",
+    "motor_voltage_max_V",
+    "electrical_energy_used_J",
+    "electrical_energy_regenerated_J",
     "residual_max_N",
     "margin_min_N",
     "clearance_min_m",  # if all cables have diameters

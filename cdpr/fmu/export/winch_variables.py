@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
-from cdpr.cables import LENGTH, RATE, TENSION, bends, chain_of, commands_of
+from cdpr.cables import LENGTH, RATE, TENSION, bends, chain_of, commands_of, has_steppers
 from cdpr.cables.chain import Chain, Number
 from cdpr.cables.drum import INERTIA, RADIUS
 from cdpr.fmu.export.parts import given_numbers
@@ -31,6 +31,8 @@ UNSTRETCHED = "unstretched length between drum and platform"
 UNSTRETCHED_RATE = "rate of change of unstretched_length"
 WORK = "work of the cables on the platform"
 TORQUE = "torque of each motor about the axis of its drum"
+COUNTED = "unwound length that the drive of each stepper counts; 0 for other winches"
+LOST = "full steps that each stepper has lost, positive if its cable was paid out; 0 for other winches"
 BENDING = "of cables that sag, minus that of their tensions along the chords, world axes"
 
 
@@ -109,6 +111,9 @@ def plant_outputs(robot: Robot, decided: bool) -> list[Variable]:
         outputs.append(output("unstretched_rate", robot.m, "m/s", UNSTRETCHED_RATE, terminal="winches", direct=at_once))
     if _all_have(robot, INERTIA):
         outputs.append(output("motor_torque", robot.m, "N.m", TORQUE, terminal="winches", direct=asked))
+    if has_steppers(robot):
+        outputs.append(output("counted_length", robot.m, "m", COUNTED, terminal="winches", direct=()))
+        outputs.append(output("lost_steps", robot.m, "", LOST, terminal="winches", direct=()))
     if bends(robot):
         outputs += [
             output(f"bending_{name}", 3, unit, f"{name} {BENDING}", terminal="cables", direct=at_once)

@@ -1,4 +1,5 @@
 // Plants with winches: tensions, and the steps of their winches. SPDX-License-Identifier: Apache-2.0
+#include <cdpr/cables/motor.hpp>
 #include <cdpr/group.hpp>
 #include <cdpr/mechanics/winches.hpp>
 #include <cdpr/simulation/steppers.hpp>
@@ -15,6 +16,7 @@ static constexpr cdpr_entry entries[] = {
     entry<WinchReading, read_winches>("read_winches"),
     entry<ExitReading<double>, read_winch_tensions<double>>("read_winch_tensions"),
     entry<DrumReading<double>, read_drums<double>>("read_drums"),
+    entry<MotorReading, read_motors>("read_motors"),
     entry<Winding, wind>("wind_commands"),
     entry<AppliedCommands, drive_winches>("drive_winches"),
     entry<WinchCommand, take_winch_command>("take_winch_command"),

@@ -74,7 +74,7 @@ def command(
 
     from cdpr.base.errors import CdprError
     from cdpr.base.needs import of_brake
-    from cdpr.cables import ACTUATED, immediate, rubs, takes_lengths, with_model
+    from cdpr.cables import ACTUATED, chain_of, immediate, rubs, takes_lengths, with_model
     from cdpr.cables.brake import brake_of
     from cdpr.fmu.export import NATIVE, Actuator, Controller, Load, Model, Plant, write_fmu
     from cdpr.log.files import NAME_OR_FORCE
@@ -112,8 +112,11 @@ def command(
     step = step or DEFAULT_STEP
     with_winch = with_winch or (takes_lengths(robot) and not (controller or only_winch))
     if not (controller or with_winch or only_winch or immediate(robot)):
-        friction = " and the friction of its pulleys" if rubs(robot) else ""
-        text = f"its winches{friction} are not exported without --with-winch: tensions act at once"
+        winches = not all(chain_of(robot, cable).immediate for cable in robot.cables)
+        friction = "the friction of its pulleys" if rubs(robot) else ""
+        lacking = " and ".join(filter(None, ("its winches" if winches else "", friction)))
+        verb = "are" if winches else "is"
+        text = f"{lacking} {verb} not exported without --with-winch: tensions at the platform act at once"
         click.echo(f"{file}: {text}", err=True)
     control = None
     if isinstance(loaded, Scenario) and (controller or with_controller):

@@ -310,6 +310,13 @@ def _lines(run: Run, least: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
     if bad := figures.get("slack_samples"):
         cables = {one["cable"] for one in figures["slack_intervals"]}
         yield f"{'slack':<20}{bad} of {figures['samples']} samples, {_cables(len(cables))}"
+    if "motor_current_A" in figures:
+        current, used = figures["motor_current_A"], figures["electrical_energy_J"]
+        yield (
+            f"{'motors':<20}max {current['max']:.4g} A   rms {current['rms']:.4g} A   "
+            f"max {figures['motor_voltage_V']['max']:.4g} V   energy used {used['used']:.4g} J, fed back "
+            f"{used['regenerated']:.4g} J"
+        )
     if "energy_J" in figures:
         energy = figures["energy_J"]
         work = f"work of the cables {energy['cable_work']:.4g} J"

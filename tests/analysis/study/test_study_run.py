@@ -78,7 +78,9 @@ def test_results(results, tmp_path):
     ideal = [
         name
         for name in FIGURES
-        if not name.startswith(("cable_tension", "beyond", "clearance", "through", "energy_load", "lost_steps"))
+        if not name.startswith(
+            ("cable_tension", "beyond", "clearance", "through", "energy_load", "lost_steps", "motor_", "electrical_")
+        )
     ]
     first = ["case", "controller.kd", "kind", "status", "message"]
     assert list(rows[0]) == [*first, *ideal, "through_anchor_s"]  # of what diverged

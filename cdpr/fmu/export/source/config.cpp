@@ -195,6 +195,10 @@ static void lay_out(Model& model, Block& numbers, Block& work) {
     platform.place = numbers.take(7);
     platform.rates = numbers.take(m);
     platform.period = numbers.take(1);
+    platform.counted = numbers.take(m);
+    platform.issued = numbers.take(m);
+    platform.lost = numbers.take(m);
+    platform.powered = numbers.take(m);
     platform.total = numbers.take(13);
     platform.loaded_at = numbers.take(1);
     model.nominal = numbers.take(13);
@@ -208,6 +212,9 @@ static void lay_out(Model& model, Block& numbers, Block& work) {
     scratch.points = work.take(4 * (model.states + 14));
     scratch.applied = work.take(6);
     scratch.chains = work.take(size_t(cdpr::ChainRow<double>::WIDTH) * m);
+    scratch.unwound = work.take(m);
+    scratch.unwinding = work.take(m);
+    scratch.torque = work.take(m);
     scratch.body = work.take(13);
     scratch.winch = work.take(model.states);
     scratch.tension = work.take(m);

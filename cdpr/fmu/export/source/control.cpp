@@ -46,6 +46,7 @@ static void start_at_commands(Model& model, double time) {
     size_t last = model.operations;
     while (last > 0 && !model.operation[last - 1].in_order) last--;
     if (last > 0) cdpr::make_calls(model.operation + last - 1, 1, time);
+    issue_steps(model, model.wound, model.drive, *model.field[CONTROL_STEP]);
 }
 
 // Run the operations of one control step.
@@ -55,6 +56,7 @@ static bool decide(Model& model, double time, char* message) {
     if (model.drive) read_winches(model);
     const cdpr::Call* failed = cdpr::make_calls(model.operation, model.operations, time);
     if (failed) return refuse(*failed, message);
+    if (model.drive) issue_steps(model, model.wound, model.drive, *model.field[CONTROL_STEP]);
     const double* commands = model.drive ? model.wound : model.decided;
     const size_t bytes = model.cables * sizeof *commands;
     memcpy(model.asked(), commands, bytes);
@@ -76,6 +78,7 @@ bool control(Model& model, double time, double duration, char* message) {
         const double next = began + decisions * step, until = next < end - early ? next : end;
         if (model.has_platform() && !move(model, time, until - time, message)) return false;
         time = until;
+        if (model.has_platform() && time >= next - early) count_steps(model);
     }
     return true;
 }

@@ -220,6 +220,7 @@ Status instance_step(Instance* instance, double from, double duration) {
     if (!decides) {
         command_drives(instance->model, duration);
         if (!move(instance->model, *time, duration, message)) return report(instance, ERROR, "%s", message);
+        count_steps(instance->model);
     } else if (!control(instance->model, *time, duration, message)) {
         return report(instance, ERROR, "%s", message);
     }

@@ -48,6 +48,8 @@ enum Name {
     CABLE_WORK,
     BENDING_FORCE,
     BENDING_MOMENT,
+    COUNTED_LENGTH,  // of steppers
+    LOST_STEPS,
     INITIAL_UNSTRETCHED_LENGTH,  // of cables whose winches take lengths or rates
     DESIRED_POSITION,
     DESIRED_QUATERNION,
@@ -107,12 +109,14 @@ struct Platform {
     double *body, *momentum, *motion, *state;             // (13), (3), (8), (13)
     double *winch, *tension, *highest, *length, *cable_work, *beside, *place;
     double *rates, *period;     // (m), m/s, of ideal drives that take lengths, and (1), s, their communication step
+    double *counted, *issued, *lost, *powered;  // (m) each, of steppers: as in simulation/steppers.hpp
     double *total, *loaded_at;  // (13), mass, centre and inertia with attached bodies, and the time at which these are
 };
 
 // Scratch space of a platform.
 struct Scratch {
     double *rate, *matrix, *at_winch, *runs, *light, *mass, *pulls, *points, *applied, *chains;
+    double *unwound, *unwinding, *torque;  // (m) each, readings of winches
     double *body, *winch, *tension, *highest, *length, *cable_work, *beside, *place;  // for stages and trial steps
 };
 
@@ -205,8 +209,19 @@ bool move(Model& model, double time, double duration, char* message);
 // Start the winches, if they have not, at the present commands.
 void start_winches(Model& model);
 
-// Command ideal drives to reach their lengths after `duration`.
+// Command ideal drives to reach their lengths after `duration`, and steppers to make their steps.
 void command_drives(Model& model, double duration);
+
+// Steppers, steps.cpp. Return whether winch i is one, and the start of its cable at a length, m, in whole steps.
+bool is_stepper(const Model& model, size_t i);
+double start_of_stepper(const Model& model, size_t i, double length);
+
+// Write the steps of the coming control period that lead to commanded lengths (m), and the rates that the plant then
+// has; before the start of the winches, the lengths at which they start.
+void issue_steps(Model& model, const double* command, double* drive, double period);
+
+// Count the steps at the end of a control period.
+void count_steps(Model& model);
 
 // Advance by `duration` in steps of physics_step, or slightly shorter ones if that does not divide it.
 void advance(Model& model, double duration);

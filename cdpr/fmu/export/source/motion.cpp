@@ -45,13 +45,15 @@ static double applied_command(const Model& model, size_t i, bool moving) {
     const double asked = model.asked()[i];
     if (model.takes[i] == cdpr::TENSION_COMMAND) return model.immediate(i) && asked < model.lowest() ? 0.0 : asked;
     if (model.drive) return model.drive[i];
-    if (model.fresh()) return model.field[INITIAL_UNSTRETCHED_LENGTH][i];
+    if (model.fresh()) {
+        const double start = model.field[INITIAL_UNSTRETCHED_LENGTH][i];
+        return is_stepper(model, i) ? start_of_stepper(model, i, start) : start;
+    }
     if (!converted(model, i)) return asked;
-    return moving ? model.platform.rates[i] : rate_of_drive(model, i);
+    return moving || is_stepper(model, i) ? model.platform.rates[i] : rate_of_drive(model, i);
 }
 
-// Write the applied commands and external wrench.
-static void apply_inputs(const Model& model, bool moving) {
+void apply_inputs(const Model& model, bool moving) {
     for (size_t i = 0; i < model.cables; i++) model.platform.command[i] = applied_command(model, i, moving);
     memcpy(model.platform.external, model.field[EXTERNAL_FORCE], 3 * sizeof(double));
     memcpy(model.platform.external + 3, model.field[EXTERNAL_MOMENT], 3 * sizeof(double));
@@ -94,6 +96,7 @@ cdpr::Plant<double> plant_of(const Model& model) {
 
 void start_winches(Model& model) {
     if (!model.fresh()) return;
+    if (!model.drive) issue_steps(model, model.field[INITIAL_UNSTRETCHED_LENGTH], model.platform.rates, 1.0);
     apply_inputs(model, false);
     cdpr::Plant<double> plant = plant_of(model);
     cdpr::settle_winches(plant);
@@ -106,6 +109,7 @@ void command_drives(Model& model, double duration) {
         start_winches(model);
         if (converted(model, i)) model.platform.rates[i] = rate_of_drive(model, i);
     }
+    issue_steps(model, model.asked(), model.platform.rates, duration);
 }
 
 static void step_winches(Model& model, double step, int64_t steps) {

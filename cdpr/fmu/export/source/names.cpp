@@ -36,6 +36,8 @@ static const char* const ALL[] = {
     "cable_work",
     "bending_force",
     "bending_moment",
+    "counted_length",
+    "lost_steps",
     "initial_unstretched_length",
     "desired_position",
     "desired_quaternion",

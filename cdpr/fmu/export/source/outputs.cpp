@@ -46,6 +46,11 @@ static void publish_winches(Model& model, double* bending) {
             model.field[MOTOR_TORQUE][i] =
                 motor_torque(row.winch_kind(), ahead.motion(int64_t(i), ahead.tension_at_winch(int64_t(i)), present));
     }
+    for (size_t i = 0; i < m; i++) {
+        const bool counts = is_stepper(model, i) && !model.fresh();
+        if (model.field[COUNTED_LENGTH]) model.field[COUNTED_LENGTH][i] = counts ? p.counted[i] : 0.0;
+        if (model.field[LOST_STEPS]) model.field[LOST_STEPS][i] = counts ? p.lost[i] : 0.0;
+    }
     if (model.field[CABLE_WORK]) *model.field[CABLE_WORK] = p.cable_work[0];
     if (model.field[BENDING_FORCE]) copy(model.field[BENDING_FORCE], bending, 3);
     if (model.field[BENDING_MOMENT]) copy(model.field[BENDING_MOMENT], bending + 3, 3);

@@ -7,6 +7,9 @@
 
 namespace fmu {
 
+// Write the applied commands and external wrench; `moving` during a step.
+void apply_inputs(const Model& model, bool moving);
+
 // The platform and its cables, for the kernels.
 cdpr::Plant<double> plant_of(const Model& model);
 

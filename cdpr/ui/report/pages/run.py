@@ -133,6 +133,14 @@ def drawings(run: Run) -> list[Drawing]:
         f"Quantities of plugins. {text}.",
         minor=True,
     )
+    motors = Drawing(
+        "Motors",
+        "Motor currents and electrical power",
+        plots.motors,
+        "Current of each motor, and its electrical power: its mechanical power and the loss in its winding. The power "
+        "is negative where the motor feeds back energy, which the supply must take up.",
+        minor=True,
+    )
     return [
         Drawing(
             SPACE,
@@ -204,6 +212,7 @@ def drawings(run: Run) -> list[Drawing]:
             "residual means another wrench.",
             minor=True,
         ),
+        *([motors] if run.header.layout.has("electrical") else []),
         Drawing(
             "Energy",
             "Energy and power",

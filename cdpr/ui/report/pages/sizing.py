@@ -7,7 +7,7 @@ from html import escape
 from typing import Any
 
 from cdpr.ui.report.pages.page import banner, page, section, table
-from cdpr.ui.report.text.sizing import CABLES, POWERS, cells, duties
+from cdpr.ui.report.text.sizing import TABLES, cells, duties
 
 
 def render_sizing(figures: Mapping[str, Any]) -> str:
@@ -15,12 +15,14 @@ def render_sizing(figures: Mapping[str, Any]) -> str:
     sound = not any(each["infeasible"] or each["exceeded"] for each in figures["duties"])
     words = "All duties are within the robot's limits" if sound else "Some duties exceed the robot's limits"
     parts = []
-    for key, title, columns in (("cables", "Cables", CABLES), ("drums", "Power and drums", POWERS)):
+    links = {}
+    for key, (title, columns) in TABLES.items():
         head, *rows = [tuple(escape(cell) for cell in row) for row in cells(figures, columns)]
         if len(head) > 1:
+            links[key] = title
             parts.append(section(key, f"<h2>{title}</h2>\n{table(rows, head)}"))
     parts.append(section("duties", f"<h2>Duties</h2>\n<pre>{escape(chr(10).join(duties(figures)))}</pre>"))
     title = f"{figures['robot']}: requirements on its cables"
     subtitle = f"Breaking load {figures['safety']:g} times the largest tension"
-    links = {"cables": "Cables", "drums": "Power and drums", "duties": "Duties"}
+    links["duties"] = "Duties"
     return page(title, subtitle, banner("good" if sound else "warn", words), links, parts)

@@ -103,6 +103,15 @@ def _true(figures: dict[str, Any]) -> list[tuple[str, str]]:
         rows.append(("Samples with slack cables; intervals", f"{figures['slack_samples']}; {count}"))
     if "lost_steps" in figures:
         rows.append(("Lost full steps of steppers", str(figures["lost_steps"])))
+    if "motor_current_A" in figures:
+        current, voltage, energy = (
+            figures[key] for key in ("motor_current_A", "motor_voltage_V", "electrical_energy_J")
+        )
+        rows.append(("Largest motor current; largest rms (A)", f"{number(current['max'])}; {number(current['rms'])}"))
+        rows.append(("Largest motor voltage (V)", number(voltage["max"])))
+        rows.append(
+            ("Electrical energy used; fed back (J)", f"{number(energy['used'])}; {number(energy['regenerated'])}")
+        )
     return rows
 
 

@@ -56,7 +56,9 @@ class Histories:
             self.status = _status(run)
         else:
             own = [PLUGIN + column.name for column in run.header.columns]
-            self._gather([*(name for name in QUANTITIES if name not in RARE and self._stands_for(name) == name), *own])
+            absent = () if run.header.layout.has("electrical") else _ELECTRICAL
+            shown = (name for name in QUANTITIES if name not in (*RARE, *absent) and self._stands_for(name) == name)
+            self._gather([*shown, *own])
 
     def __getitem__(self, name: str) -> Points:
         name = self._stands_for(name)
@@ -155,8 +157,9 @@ _PLAIN = (
     *("acceleration", "desired_acceleration", "angular_acceleration", "desired_angular_acceleration"),
     *("tension", "cable_tension", "length", "rate", "margin", "residual", "external", "energy_residual"),
 )
+_ELECTRICAL = ("motor_current", "electrical_power")  # if the run has them
 QUANTITIES: dict[str, Callable[[Run], Array]] = {
-    **{name: attrgetter(name) for name in _PLAIN},
+    **{name: attrgetter(name) for name in (*_PLAIN, *_ELECTRICAL)},
     "attitude": lambda run: Attitude().follow(run),  # degrees; desired, then actual
     "position_error": lambda run: _norm_and_parts(1e3 * run.position_error),  # mm; the norm first
     "orientation_error": lambda run: _norm_and_parts(1e3 * run.orientation_error),  # mrad

@@ -72,6 +72,16 @@ def distribution(run: Run) -> list[Panel]:
     ]
 
 
+def motors(run: Run) -> list[Panel]:
+    """Return panels of the currents and electrical powers of the motors, if these are known."""
+    if not run.header.layout.has("electrical"):
+        return []
+    labels = {"motor_current": "motor current (A)", "electrical_power": "electrical power (W)"}
+    return [
+        Panel(label, (_per_cable(run, name),), _cable_entries(run), 1e-3, name=name) for name, label in labels.items()
+    ]
+
+
 def energy(run: Run) -> list[Panel]:
     """Return panels of the external wrench (if any), energies and works, powers, and the unexplained energy."""
     known = histories(run)
@@ -189,7 +199,7 @@ def _limit(name: str, cables: Sequence[int], values: Sequence[float]) -> Limit:
     return Limit(f"{name} {distinct[0]:g}–{distinct[-1]:g} N", distinct, colours)
 
 
-FIGURES = (plugins, pose, velocity, acceleration, errors, tensions, cables, distribution, energy)
+FIGURES = (plugins, pose, velocity, acceleration, errors, tensions, cables, distribution, motors, energy)
 
 
 def by_name(run: Run) -> dict[str, Panel]:

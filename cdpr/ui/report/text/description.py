@@ -122,6 +122,8 @@ def _winch(winch: dict[str, Any] | None) -> str:
     if winch["reeving"] != 1.0:
         words.append(f"{winch['reeving']:g} falls")
     words.append("ideal" if winch["inertia_kg_m2"] is None else f"{winch['inertia_kg_m2']:g} kg m^2 at the drum")
+    if "resistance_ohm" in winch:
+        words.append(f"motor of {winch['torque_constant_N_m_per_A']:g} N m/A and {winch['resistance_ohm']:g} ohm")
     if "microsteps" in winch:
         words.append(f"{winch['steps_per_turn']:g} steps per turn, {winch['microsteps']:g} microsteps")
         torque = winch["stall_torque_N_m"]

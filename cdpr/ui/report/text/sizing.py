@@ -32,6 +32,16 @@ POWERS = (
     ("motor rms (N m)", "motor_torque_rms_N_m"),
     ("motor (W)", "motor_power_W"),
 )
+ELECTRICAL = (
+    ("motor current (A)", "motor_current_peak_A"),
+    ("motor current rms (A)", "motor_current_rms_A"),
+    ("motor voltage (V)", "motor_voltage_V"),
+    ("electrical power (W)", "electrical_power_W"),
+    ("electrical feedback (W)", "electrical_feedback_W"),
+    ("electrical energy used (J)", "electrical_energy_used_J"),
+    ("electrical energy regenerated (J)", "electrical_energy_regenerated_J"),
+)
+TABLES = {"cables": ("Cables", CABLES), "drums": ("Power and drums", POWERS), "motors": ("Motors", ELECTRICAL)}
 
 
 def cells(figures: Mapping[str, Any], columns: tuple[tuple[str, str], ...]) -> list[tuple[str, ...]]:
@@ -57,7 +67,7 @@ def duties(figures: Mapping[str, Any]) -> list[str]:
 def lines(figures: Mapping[str, Any]) -> list[str]:
     """Return the result of `Sizing.plain` as lines for a terminal."""
     text = [f"{figures['robot']}: requirements on its cables, breaking load {figures['safety']:g} times the peak", ""]
-    for columns in (CABLES, POWERS):
+    for _, columns in TABLES.values():
         rows = cells(figures, columns)
         if len(rows[0]) > 1:
             text += [*table(rows, ruled=True), ""]
