@@ -56,8 +56,7 @@ inline int project_markers(Markers& p, double time) {
         const double distance = length(place - eye);
         const Vector<double> direction = (place - eye) / distance;
         bool seen = x.z > 0.0 && u >= 0.0 && u < p.lens[4] && v >= 0.0 && v < p.lens[5];
-        for (int64_t j = 0; seen && j < p.s; j++)
-            seen = !hides({p.solids + p.w * j, p.w}, eye, direction, distance);
+        for (int64_t j = 0; seen && j < p.s; j++) seen = !hides({p.solids + p.w * j, p.w}, eye, direction, distance);
         const Vector<double> own = platform.inwards(eye);
         const Vector<double> ahead = rotate(conjugate(platform.attitude), direction);
         for (int64_t j = 0; seen && j < p.c; j++) {

@@ -16,26 +16,27 @@ struct Measurement {
     double* stream;        // (6), random stream of the sensor
     double* walk;          // (k), drift so far
     double* previous;      // (d), values of the last measurement from which rates follow
-    double* pending;       // (slots, w), ring of measurements that have not arrived: control step of the arrival, control
-                           // step at which it was taken, values; w = n + 2
-    double* held;          // (w), likewise, the last one that has arrived
-    double* count;         // (3): control steps, measurements sent, measurements received
-    double* measured;      // (n), values that are held
-    double* age;           // (1), s, time since they were taken
-    double step;           // s, control period
-    double dropout;        // probability that a measurement is lost
-    int64_t every;         // control steps from one measurement to the next
-    int64_t delay;         // control steps
-    int64_t jitter;        // control steps, largest additional delay
-    int64_t attitude;      // index of the four values that are an attitude; n without one
+    double* pending;   // (slots, w), ring of measurements that have not arrived: control step of the arrival, control
+                       // step at which it was taken, values; w = n + 2
+    double* held;      // (w), likewise, the last one that has arrived
+    double* count;     // (3): control steps, measurements sent, measurements received
+    double* measured;  // (n), values that are held
+    double* age;       // (1), s, time since they were taken
+    double step;       // s, control period
+    double dropout;    // probability that a measurement is lost
+    int64_t every;     // control steps from one measurement to the next
+    int64_t delay;     // control steps
+    int64_t jitter;    // control steps, largest additional delay
+    int64_t attitude;  // index of the four values that are an attitude; n without one
     int64_t n;
     int64_t k;
-    int64_t d;             // number of rates, which are the last values: differences of as many values before them
+    int64_t d;  // number of rates, which are the last values: differences of as many values before them
     int64_t slots;
     int64_t w;
     static constexpr char fields[] =
         "truth(n), errors(k, 5), both stream(6), both walk(k), both previous(d), both pending(slots, w), both held(w), "
-        "both count(3), measured(n), age(1), step, dropout, every >= 1, delay >= 0, jitter >= 0, attitude >= 0, n, k, d, "
+        "both count(3), measured(n), age(1), step, dropout, every >= 1, delay >= 0, jitter >= 0, attitude >= 0, n, k, "
+        "d, "
         "slots >= 1, w";
 };
 
@@ -49,7 +50,7 @@ CDPR_INLINE double with_errors(Measurement& p, int64_t i, double value, double e
     if (error[GAIN] != 1.0) value *= error[GAIN];
     if (offset != 0.0) value += offset;
     if (error[NOISE] > 0.0) value += error[NOISE] * normal_number(p.stream);
-    return error[RESOLUTION] > 0.0 ? error[RESOLUTION] * rounded(value / error[RESOLUTION]) : value;
+    return error[RESOLUTION] > 0.0 ? nearest_multiple(value, error[RESOLUTION]) : value;
 }
 
 // Write the values of a measurement; rates are true at the first one.

@@ -1,7 +1,8 @@
 // Stand-ins for the parts of rclcpp that a generated node uses. A run of the node is a replay: `spin` reads states (13
 // doubles each) from the file in the environment variable STATES, publishes each as pose and twist, fires the timer,
-// and writes the published positions, velocities and efforts to the file in COMMANDS. If the node subscribes to winches,
-// they publish the unwound lengths in the file UNWOUND (one for each of the names in CABLES, in a row) before the timer.
+// and writes the published positions, velocities and efforts to the file in COMMANDS. If the node subscribes to
+// winches, they publish the unwound lengths in the file UNWOUND (one for each of the names in CABLES, in a row) before
+// the timer.
 #pragma once
 #include <stdio.h>
 #include <stdlib.h>

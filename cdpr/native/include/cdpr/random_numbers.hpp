@@ -18,9 +18,11 @@ template <class T> CDPR_INLINE T rounded(T x) {
     return (x + SHIFT) - SHIFT;
 }
 
-// Return the nearest multiple of a step; the value itself where it is so large that doubles resolve no more steps.
+// Number of steps from which on doubles resolve no single ones.
+constexpr double MANY = 1e15;
+
+// Return the nearest multiple of a step; the value itself where it has too many steps.
 inline double nearest_multiple(double value, double step) {
-    constexpr double MANY = 1e15;
     const double steps = value / step;
     return steps < MANY && steps > -MANY ? rounded(steps) * step : value;
 }
