@@ -7,11 +7,9 @@ import sys
 from time import thread_time
 
 import numpy as np
-from step import SCENARIOS
+from step import SCENARIOS, add_steps
 
 from cdpr.scenario import load_scenario
-from cdpr.simulation.build import build
-from cdpr.simulation.loop import Loop
 
 MODELS = ("ideal", "rigid", "elastic", "catenary")
 DENSITY = 0.1  # kg/m
@@ -33,17 +31,7 @@ def step(backend: str, model: str) -> float:
     scenario = load_scenario(SCENARIOS / "winch.yaml", backend=backend, overrides=changes)
     matrix, steps, pinvs = np.random.default_rng(0).normal(size=(6, 8)), [], []
     for _ in range(RUNS):
-        loop = Loop(build(scenario))
-        loop.warm_up(scenario.initial.state())
-        done, since = 0, thread_time()
-
-        def chunk(k: int) -> None:
-            nonlocal done, since
-            steps.append((thread_time() - since) / (k - done))
-            pinvs.append(pinv_cost(matrix))
-            done, since = k, thread_time()
-
-        loop.run(np.empty((scenario.simulation.steps + 1, len(loop.row))), chunk)
+        add_steps(scenario, steps, lambda: pinvs.append(pinv_cost(matrix)))
     return min(steps) / min(pinvs)
 
 

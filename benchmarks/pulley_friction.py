@@ -7,15 +7,12 @@ from __future__ import annotations
 
 import json
 import sys
-from time import thread_time
 
-import numpy as np
-from step import SCENARIOS
+from step import SCENARIOS, add_steps
 
 from cdpr.scenario import load_scenario
-from cdpr.simulation.build import build
-from cdpr.simulation.loop import Loop
 
+ROBOT = SCENARIOS / "cogiro_pulleys.yaml"
 BACKENDS, RUNS = ("reference", "mujoco"), 8
 STEEL = {"robot.cable.axial_stiffness": 1e6, "robot.cable.damping": 500.0}
 WINCH = {"robot.winch": {"drum_radius": 0.05, "inertia": 0.02}}
@@ -30,21 +27,6 @@ FRICTION = {"groove": GROOVE, "bearing": BEARING}
 LIMIT = 1.5
 
 
-def add_steps(backend: str, changes: dict[str, object], steps: list[float]) -> None:
-    """Run once and append the processor time of a step in each chunk, s."""
-    scenario = load_scenario(SCENARIOS / "cogiro_pulleys.yaml", backend=backend, overrides=changes)
-    loop = Loop(build(scenario))
-    loop.warm_up(scenario.initial.state())
-    done, since = 0, thread_time()
-
-    def chunk(k: int) -> None:
-        nonlocal done, since
-        steps.append((thread_time() - since) / (k - done))
-        done, since = k, thread_time()
-
-    loop.run(np.empty((scenario.simulation.steps + 1, len(loop.row))), chunk)
-
-
 def measure() -> dict[str, dict[str, dict[str, float]]]:
     """Return the time of a frictionless step, us, and the ratios with friction, by backend and cable model."""
     found: dict[str, dict[str, dict[str, float]]] = {}
@@ -54,7 +36,8 @@ def measure() -> dict[str, dict[str, dict[str, float]]]:
             steps: dict[str, list[float]] = {name: [] for name in kinds}
             for _ in range(RUNS):
                 for name, friction in kinds.items():
-                    add_steps(backend, {**changes, **friction}, steps[name])
+                    given = {**changes, **friction}
+                    add_steps(load_scenario(ROBOT, backend=backend, overrides=given), steps[name])
             least = {name: min(each) for name, each in steps.items()}
             ratios = {name: least[name] / least["none"] for name in FRICTION}
             found.setdefault(backend, {})[model] = {"frictionless_us": 1e6 * least["none"], **ratios}

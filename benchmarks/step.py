@@ -17,7 +17,7 @@ import numpy as np
 from cdpr.log.blocks import BLOCK
 from cdpr.log.recorder import Recorder
 from cdpr.plugins.registry import registry
-from cdpr.scenario import load_scenario
+from cdpr.scenario import Scenario, load_scenario
 from cdpr.simulation.build import build
 from cdpr.simulation.header import make_header
 from cdpr.simulation.loop import Loop
@@ -39,6 +39,21 @@ def pinv_cost(matrix: np.ndarray) -> float:
     for _ in range(PINV_CALLS):
         np.linalg.pinv(matrix)
     return (perf_counter() - start) / PINV_CALLS
+
+
+def add_steps(scenario: Scenario, steps: list[float], between: Callable[[], object] = lambda: None) -> None:
+    """Run without a log; append the processor time of a step in each chunk, s. Call `between` after each chunk."""
+    loop = Loop(build(scenario))
+    loop.warm_up(scenario.initial.state())
+    done, since = 0, thread_time()
+
+    def chunk(k: int) -> None:
+        nonlocal done, since
+        steps.append((thread_time() - since) / (k - done))
+        between()
+        done, since = k, thread_time()
+
+    loop.run(np.empty((scenario.simulation.steps + 1, len(loop.row))), chunk)
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,9 @@ from collections.abc import Callable
 import numpy as np
 
 from cdpr.base.errors import FmuError
-from cdpr.cables import LENGTH, RATE, TENSION, bends, chain_of, commands_of, takes_lengths
+from cdpr.cables import RATE, TENSION, bends, chain_of, commands_of, takes_lengths
 from cdpr.cables.drums import drum_table
+from cdpr.cables.tables import reached_by_rate
 from cdpr.fmu.run.exchange import reader, writer
 from cdpr.fmu.run.parameters import Known
 from cdpr.fmu.run.running import RunningFmu
@@ -41,29 +42,30 @@ class FmuWinches:
     def __init__(self, robot: Robot, fmu: RunningFmu, step: float) -> None:
         m, self._step, self._instance = robot.m, step, fmu.instance
         takes = commands_of(robot)
-        kernels = [chain_of(robot, cable).winch.command for cable in robot.cables]
         self._lengths = np.array([each != TENSION for each in takes])
-        self._converted = np.array([a == LENGTH != b for a, b in zip(takes, kernels, strict=True)])
         self._rates = np.array([each == RATE for each in takes])
+        self._by_rate = reached_by_rate(robot)
         _check(robot, fmu)
         inputs, outputs, values = fmu.mapping.inputs, fmu.mapping.outputs, fmu.instance.outputs
         self._write = writer(inputs, {"command": 0}, fmu.instance.inputs)
         self._tension, self._work = np.zeros(m), np.zeros(1)
         self._unwound, self._unwinding, self._torque = np.zeros(m), np.zeros(m), np.full(m, np.nan)
         self._bending = np.zeros(6)
+        # Drums of cables that do not stretch follow these: such an FMU has no unstretched lengths.
+        unwound = "unstretched" if any(chain_of(robot, cable).stretches for cable in robot.cables) else "cable"
         self._readers = [
             reader(outputs, {name: 0}, values, out)
             for name, out in (
                 ("cable_tension", self._tension),
                 ("cable_work", self._work),
-                ("unstretched_length", self._unwound),
-                ("unstretched_rate", self._unwinding),
+                (f"{unwound}_length", self._unwound),
+                (f"{unwound}_rate", self._unwinding),
                 ("motor_torque", self._torque),
                 ("bending_wrench", self._bending),
             )
             if name in outputs.ports
         ]
-        self._knows_drums = {"unstretched_length", "unstretched_rate"} <= set(outputs.ports)
+        self._reads_drums = {f"{unwound}_length", f"{unwound}_rate"} <= set(outputs.ports)
         self._turned = {name: np.zeros((1, m)) for name in ("angle", "per_turn", "speed", "turning", "load")}
         given = {"unwound": self._unwound[None], "rate": self._unwinding[None], "acceleration": np.zeros((1, m))}
         self._turn = bind("drum_motions", drums=drum_table(robot), **given, **self._turned)
@@ -86,7 +88,7 @@ class FmuWinches:
 
     def step(self, n: int, command: Array) -> None:
         """Advance the FMU by n communication steps."""
-        if self._converted.any():
+        if self._by_rate.any():
             self._get()
             ways = [self._after(k, command) for k in range(1, n + 1)]
             for way in ways:
@@ -112,7 +114,7 @@ class FmuWinches:
 
     def read_drums(self, angle: Array, speed: Array, torque: Array, power: Array) -> None:
         """Write angles and speeds of the drums, torques and powers of the motors; NaN if the FMU lacks outputs."""
-        if not self._knows_drums:
+        if not self._reads_drums:
             return
         self._get()
         self._turn()
@@ -131,7 +133,7 @@ class FmuWinches:
 
     def _after(self, k: int, command: Array) -> Array:
         """Return the inputs after k communication steps: of ideal drives with lengths, those that they reach."""
-        return np.where(self._converted, self._unwound + command * (k * self._step), command)
+        return np.where(self._by_rate, self._unwound + command * (k * self._step), command)
 
     def _get(self) -> None:
         for read in self._readers:

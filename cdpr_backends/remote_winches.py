@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from cdpr.cables import LENGTH, chain_of, commands_of
-from cdpr.cables.tables import line_table
+from cdpr.cables.tables import line_table, reached_by_rate
 from cdpr.mechanics.cable_geometry import cable_geometry
 from cdpr.model import Robot
 from cdpr.model.robot import Array
@@ -29,9 +28,7 @@ class MeasuredWinches:
         self.tension, self.highest, self.work = np.zeros(m), np.zeros(m), 0.0
         self._state, self._lines, self._length = state, line_table(robot), np.zeros(m)
         self._unwound, self._before, self._rate = np.zeros(m), np.zeros(m), np.zeros(m)
-        kernels = [chain_of(robot, cable).winch.command for cable in robot.cables]
-        # Ideal drives: the loop commands the rate at which they reach their lengths.
-        self._converted = np.array([a == LENGTH != b for a, b in zip(commands_of(robot), kernels, strict=True)])
+        self._by_rate = reached_by_rate(robot)
 
     def take(self, answer: Array) -> None:
         """Take the tensions (m,), N, and the unwound lengths (m,), m, of an answer."""
@@ -55,7 +52,7 @@ class MeasuredWinches:
 
     def commands(self, command: Array, duration: float) -> Array:
         """Return what the winches take during a step: of ideal drives the lengths at its end."""
-        return np.where(self._converted, self._unwound + command * duration, command)
+        return np.where(self._by_rate, self._unwound + command * duration, command)
 
     def read(self, unwound: Array, unwinding: Array, torque: Array) -> None:
         """Write the unwound lengths and their mean rates in the last step; no torques."""

@@ -22,7 +22,7 @@ struct InverseKinematics {
         "chains(m, 33), takes(m), desired(19), command(m), work wanted(2, m), work moving(6, m), work beside(6), "
         "compensates");
 
-    SeenCables cables() const {
+    NominalCables cables() const {
         return {chains, holding.lines, desired, holding.gravity, wanted, holding.m, holding.w};
     }
 };
@@ -33,11 +33,11 @@ constexpr int SAG_STEPS = 5;
 // Write the wrench of cables that sag with the holding tensions at their winches; return whether there are any.
 inline bool write_beside(InverseKinematics& p) {
     const Holding& own = p.holding;
-    const SeenCables cables = p.cables();
+    const NominalCables cables = p.cables();
     Vector<double> force = no_vector<double>(), moment = force;
     bool some = false;
     for (int64_t i = 0; i < own.m; i++) {
-        const SeenCable cable = cables.at(i);
+        const NominalCable cable = cables.at(i);
         const double kind = cable.chain.span_kind(), tension = own.feed[i];
         if (!bends(kind)) continue;
         some = true;
@@ -60,9 +60,9 @@ inline int inverse_kinematics(InverseKinematics& p) {
     Geometry<double> wanted = {own.lines, p.desired, p.moving, p.wanted, p.wanted + own.m, own.m, own.w};
     geometry(wanted);
     for (int k = 0; k < SAG_STEPS && write_beside(p); k++) hold(own, p.desired, p.beside);
-    const SeenCables cables = p.cables();
+    const NominalCables cables = p.cables();
     for (int64_t i = 0; i < own.m; i++) {
-        const SeenCable cable = cables.at(i);
+        const NominalCable cable = cables.at(i);
         const double unwound = cable.unwound_at(p.compensates ? own.feed[i] : own.pretension);
         if (p.takes[i] == TENSION_COMMAND)
             p.command[i] = own.feed[i];

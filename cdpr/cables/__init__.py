@@ -37,7 +37,7 @@ from cdpr.cables import brake
 from cdpr.cables.catenary import CATENARY
 from cdpr.cables.chain import DIAMETER, LINEAR_DENSITY, Chain, Number, Winch
 from cdpr.cables.direct import DIRECT
-from cdpr.cables.drum import DRUM
+from cdpr.cables.drum import DRUM, RADIUS
 from cdpr.cables.elastic import ELASTIC
 from cdpr.cables.exit import Exit
 from cdpr.cables.ideal_drive import IDEAL_DRIVE
@@ -156,6 +156,16 @@ def read_exits(plain: Sequence[dict[str, Any] | None]) -> list[Exit | None]:
     return [None if each is None else EXITS.read(each) for each in plain]
 
 
+def spans_of(robot: Robot) -> tuple[dict[str, Any] | None, ...]:
+    """Return the spans of a robot's cables that bend as plain data, None for others; () if no cable bends."""
+    plain: list[dict[str, Any] | None] = []
+    for cable in robot.cables:
+        span = chain_of(robot, cable).span
+        name = cable.model or robot.cable_model
+        plain.append({"model": name, "numbers": span.values(cable)} if span.bends else None)
+    return tuple(plain) if any(plain) else ()
+
+
 def chain_of(robot: Robot, cable: Cable) -> Chain:
     """Return winch and span of a cable of this robot."""
     model, winch = cable.model or robot.cable_model, cable.winch
@@ -190,9 +200,14 @@ def takes_lengths(robot: Robot) -> bool:
     return any(each != "tension" for each in commands_of(robot))
 
 
-def turns(robot: Robot) -> bool:
-    """Return True if some cable is on a winch that turns."""
-    return any(chain_of(robot, cable).winch.states for cable in robot.cables)
+def has_drum(robot: Robot, cable: Cable) -> bool:
+    """Return True if a cable is on a winch that turns, with the radius of a drum."""
+    return bool(chain_of(robot, cable).winch.states) and not math.isnan(RADIUS.of(cable, math.nan))
+
+
+def has_drums(robot: Robot) -> bool:
+    """Return True if `has_drum` is true for some cable."""
+    return any(has_drum(robot, cable) for cable in robot.cables)
 
 
 def has_steppers(robot: Robot) -> bool:

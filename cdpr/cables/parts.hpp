@@ -6,6 +6,7 @@
 
 #include <cdpr/cables/bent_cable.hpp>
 #include <cdpr/cables/catenary/catenary.hpp>
+#include <cdpr/cables/catenary/curve.hpp>
 #include <cdpr/cables/catenary/rates.hpp>
 #include <cdpr/cables/direct/direct.hpp>
 #include <cdpr/cables/drum/drum.hpp>
@@ -143,11 +144,12 @@ template <class T> CDPR_INLINE void own_slopes(T kind, WinchMotion<T> motion, T*
     for (int64_t j = 0; j < count; j++) slope[j] = NOT_A_NUMBER;
 }
 
-// Return the tension of an elastic span, N.
+// Return the tension of an elastic span, N; NaN if nothing is unwound.
 template <class T> CDPR_INLINE T pull(T kind, const T* numbers, T length, T unwound, T stretching, T lowest) {
-    if (is(kind, ELASTIC)) return Elastic::pull(numbers, length, unwound, stretching, lowest);
-    if (is(kind, TABULATED)) return Tabulated::pull(numbers, length, unwound, stretching, lowest);
-    return NOT_A_NUMBER;
+    T found = NOT_A_NUMBER;
+    if (is(kind, ELASTIC)) found = Elastic::pull(numbers, length, unwound, stretching, lowest);
+    if (is(kind, TABULATED)) found = Tabulated::pull(numbers, length, unwound, stretching, lowest);
+    return select(unwound > T(0.0), found, T(NOT_A_NUMBER));
 }
 
 // Return the unwound length, m, of an elastic span with this tension, N.
@@ -185,6 +187,12 @@ inline void bent_rates(double kind, const BentSpan<double>& span, double unwound
                        BentCable<double>* rates) {
     if (is(kind, CATENARY)) return CatenaryRates(span, unwound).write(motions, count, rates);
     for (int j = 0; j < count; j++) rates[j] = {nowhere<double>(), NOT_A_NUMBER};
+}
+
+// Return the curve of a bent span at rest; NaN of another kind.
+using BentCurve = CatenaryCurve;
+inline BentCurve bent_curve(double kind, const BentSpan<double>& span, double unwound) {
+    return BentCurve(span, is(kind, CATENARY) ? unwound : NOT_A_NUMBER);
 }
 
 // Return the potential energy, J, of a bent span at rest, with its anchor at height 0; with that of its winch if this

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from cdpr.base.errors import CdprError
-from cdpr.cables import EXITS, LENGTH, MODELS, RATE, TENSION, WINCH_TYPES, chain_of, commands_of
+from cdpr.cables import EXITS, LENGTH, MODELS, RATE, TENSION, WINCH_TYPES, chain_of, commands_of, has_drum
 from cdpr.cables.chain import MOST, Number, Part, Span, Winch
 from cdpr.cables.drum import RADIUS
 from cdpr.cables.transmission import COULOMB_SPEED, EFFICIENCY, GROWTH, KERNEL
@@ -99,9 +100,24 @@ def chain_table(robot: Robot) -> Array:
     for cable, home in zip(robot.cables, home_lengths(robot).tolist(), strict=True):
         chain = chain_of(robot, cable)
         kinds = [float(_kind(WINCHES, chain.winch)), float(_kind(SPANS, chain.span))]
-        transmission = [*transmission_numbers(cable, chain.winch.transmission, robot.unilateral), home]
+        transmission = transmission_numbers(cable, chain.winch.transmission, robot.unilateral)
+        transmission.append(home if has_drum(robot, cable) else math.nan)
         rows.append([*kinds, lowest, *_numbers(chain.winch, cable), *transmission, *_numbers(chain.span, cable)])
     return frozen_array(rows)
+
+
+def span_table(spans: Sequence[dict[str, Any] | None]) -> Array:
+    """Return the spans of cables from the data of `cdpr.cables.spans_of`.
+
+    Returns:
+        (m, 33), as in `chain_table`, without the numbers of winches and of cables that do not bend.
+    """
+    table = np.zeros((len(spans), CHAIN_WIDTH))
+    for row, each in zip(table, spans, strict=True):
+        if each is not None:
+            numbers = each["numbers"]
+            row[1], row[SPAN : SPAN + len(numbers)] = _kind(SPANS, MODELS[each["model"]].span), numbers
+    return table
 
 
 def home_lengths(robot: Robot) -> Array:
@@ -126,6 +142,12 @@ def transmission_numbers(cable: Cable, accepted: Sequence[Number], unilateral: b
     if values[GROWTH] != 0.0 and cable.winch is not None and math.isnan(cable.winch.drum_radius):
         raise CdprError(f"cable '{cable.name}': {GROWTH.name} needs {RADIUS.name}, the radius at the home pose")
     return list(values.values())
+
+
+def reached_by_rate(robot: Robot) -> NDArray[np.bool_]:
+    """Return True for winches that take a length, (m,), which their kernels reach at a rate that the loop commands."""
+    kernels = [chain_of(robot, cable).winch.command for cable in robot.cables]
+    return np.array([one == LENGTH != other for one, other in zip(commands_of(robot), kernels, strict=True)])
 
 
 def command_kinds(robot: Robot) -> NDArray[np.int64]:

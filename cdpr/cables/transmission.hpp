@@ -2,7 +2,7 @@
 //
 // Equations: the docstring of `cdpr.cables.transmission`. `numbers`: efficiency; drum speed at which the losses reach
 // 76 %, rad/s; growth of the squared radius per length wound, m; lines side by side; falls of a block and tackle;
-// length of the cable's path at the home pose, m.
+// length of the cable's path at the home pose, m, NaN without a drum.
 #pragma once
 
 #include <cdpr/number.hpp>

@@ -26,6 +26,8 @@ from cdpr.gcode.tables import (
     KNOWN,
     METRES,
     MOTIONS,
+    MOTOR_MODE,
+    MOTOR_WORDS,
     OFFSETS,
     PLANES,
     REFUSED,
@@ -166,7 +168,7 @@ class _Reader:
                 continue
             if letter in self.ignore or (letter == "G" and word.name in self.ignore):
                 self.passed_over.add(word.name if letter == "G" else letter)
-                skipped = skipped or (letter == "G" and value not in BESIDE[self.dialect])
+                skipped = skipped or (letter == "G" and value not in BESIDE[self.dialect]) or self._moves_motors(word)
                 continue
             if letter == "G":
                 if value is None:
@@ -184,6 +186,10 @@ class _Reader:
         bare = [letter for letter, value in others.items() if math.isnan(value)]
         if bare:
             raise LineError(f"{bare[0]}: expected a number after it")
+        if self._moves_motors(Word(MOTOR_MODE, others.get(MOTOR_MODE))):
+            raise self._motors(f"{MOTOR_MODE}{others[MOTOR_MODE]:g}")
+        if self.dialect == REPRAPFIRMWARE:
+            others.pop(MOTOR_MODE, None)  # H0: a usual move
         if codes & OFFSETS:
             self._retraction(codes, others)
             return codes - OFFSETS, {}, machine
@@ -194,7 +200,19 @@ class _Reader:
             codes.discard(CANCEL)
         return codes, others, machine
 
+    def _moves_motors(self, word: Word) -> bool:
+        """Return True if a word makes the coordinates of its line those of single motors."""
+        return self.dialect == REPRAPFIRMWARE and word.letter == MOTOR_MODE and bool(word.value)
+
+    def _motors(self, name: str) -> LineError:
+        return LineError(
+            f"{name} moves single motors, such as winches, not the platform, which is not supported: remove the line, "
+            f"or write ignore: [{name if name[0] == 'G' else name[0]}] to skip its coordinates"
+        )
+
     def _known(self, word: Word, value: float) -> None:
+        if value in MOTOR_WORDS[self.dialect]:
+            raise self._motors(word.name)
         if value not in self.known:
             known = ", ".join(f"G{code:g}" for code in sorted(KNOWN[self.dialect]))
             raise LineError(f"{word.name} is not supported, only {known}{self._way_out(word.name)}")

@@ -47,13 +47,17 @@ ENDS = {LINUXCNC: {2.0, 30.0}, REPRAPFIRMWARE: {0.0, 1.0, 2.0, 30.0}}
 WAITS = {LINUXCNC: {0.0, 1.0, 60.0}, REPRAPFIRMWARE: {226.0, 400.0}}
 REFUSED = {
     LINUXCNC: {70.0, 71.0, 72.0, 73.0, 98.0, 99.0},
-    REPRAPFIRMWARE: {24.0, 32.0, 98.0, 99.0, 120.0, 121.0, 206.0, 579.0},
+    REPRAPFIRMWARE: {24.0, 32.0, 98.0, 99.0, 120.0, 121.0, 206.0, 569.4, 579.0},
 }
+# Words of 3D printers that move single motors, not the platform: G6 and G95 (torque mode) of Marlin for hangprinters,
+# and the mode H of moves in RepRapFirmware, except H0 (https://docs.duet3d.com, G1).
+MOTOR_WORDS = {REPRAPFIRMWARE: {6.0, 95.0}, LINUXCNC: set[float]()}
+MOTOR_MODE = "H"
 SPEED_FACTOR = 220.0
 SILENT = {LINUXCNC: "STDHLQ", REPRAPFIRMWARE: "STE"}  # letters without motion
 
 # Words, and commands of other firmware, that `ignore` may contain.
-IGNORABLE = rf"G[0-9]+(\.[0-9]+)?|M[0-9]+|[A-EHLOQS-W]|{COMMAND}"
+IGNORABLE = rf"[GM][0-9]+(\.[0-9]+)?|[A-EHLOQS-W]|{COMMAND}"
 
 
 def conflict(codes: set[float], dialect: str, has_p: bool) -> str | None:

@@ -57,6 +57,7 @@ class Header:
     tool: str = ""  # tool guided by the desired motion; "" for the platform's origin
     believed: str = ""  # differences of the nominal model of controller and solver, in one line
     limit_changes: LimitChanges = ()  # changes of tension limits by events
+    spans: tuple[dict[str, Any] | None, ...] = ()  # spans of cables that sag, if any
     works: tuple[tuple[str, str], ...] = ()  # further sources of work, each with its column; "" if it is unknown
 
     def __repr__(self) -> str:
@@ -94,6 +95,11 @@ class Header:
         return [source for source, column in self.works if not column]
 
     @property
+    def takes_lengths(self) -> bool:
+        """True if winches take lengths or rates: commanded tensions are then those that nominal cables have at rest."""
+        return self.layout.has("drums")
+
+    @property
     def true_tension(self) -> str:
         """Column of the true tensions."""
         return "tension" if self.ideal_cables else "cable_tension"
@@ -113,6 +119,8 @@ class Header:
             frame=np.array(self.frame, dtype=np.float64).reshape(-1, 6),
             colours=self.colours,
             exits=tuple(read_exits(self.exits)),
+            spans=self.spans,
+            gravity=self.gravity,
             broken=self.broken,
             tools=self.tools,
             led=self.tool,
@@ -136,11 +144,11 @@ class Header:
             tables["limit_changes"] = tuple(
                 (time, tuple(low), tuple(high)) for time, low, high in data["limit_changes"]
             )
-        exits = tuple(data.get("exits", ()))
+        exits, spans = tuple(data.get("exits", ())), tuple(data.get("spans", ()))
         if "tools" in data:
             tables["tools"] = {name: tuple(point) for name, point in data["tools"].items()}
         columns = [Column(**{**column, "places": tuple(column["places"])}) for column in data.get("columns", ())]
-        return cls(**{**data, **tuples, **tables, "exits": exits, "columns": tuple(columns)})
+        return cls(**{**data, **tuples, **tables, "exits": exits, "spans": spans, "columns": tuple(columns)})
 
 
 # Keys missing in logs of earlier versions, and their defaults.
@@ -158,4 +166,5 @@ NEWER: dict[str, object] = {
     "believed": "",
     "limit_changes": (),
     "works": (),
+    "spans": (),
 }

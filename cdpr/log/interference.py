@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from cdpr.log.clearance_rows import add_rows
 from cdpr.log.run import Run
 from cdpr.mechanics.assumed_diameters import assumption, with_diameters
 from cdpr.mechanics.clearance import clearance
@@ -23,9 +24,9 @@ def cables_in_contact(robot: Robot, run: Run, obstacles: Sequence[Obstacle] = ()
     if all(cable.diameter is not None for cable in robot.cables) or not robot.unilateral:
         return None  # reported by the summary, or rigid legs
     rows = some_rows(run)
-    closest = Closest(clearance(with_diameters(robot), obstacles), run.header.broken)
+    closest = Closest(clearance(with_diameters(robot), obstacles, gravity=run.header.gravity), run.header.broken)
     if len(rows):
-        closest.add(rows[:, 0], rows[:, run.header.layout.span("position", "orientation")])
+        add_rows(closest, run.header.layout, rows)
     least = closest.least
     if least is None or least.clearance >= 0.0:
         return None

@@ -9,6 +9,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
+from cdpr.log.clearance_rows import add_rows
 from cdpr.log.header import Header
 from cdpr.log.limit_violations import beyond, tables
 from cdpr.log.lost_steps import LostSteps, lost_steps
@@ -26,8 +27,8 @@ if TYPE_CHECKING:
 # reach a thousandth at usual steps, and significant damping or mass errors exceed it.
 BALANCED = 0.01
 
-# Round-off of the energy at rest, as a share of the work of the largest tension along the characteristic length: about
-# 2e-6 J for the example robots, scaled with size and force.
+# Round-off of the energy at rest, as a share of the work of the largest true tension along the characteristic length:
+# about 2e-6 J for the example robots, scaled with size and force.
 AT_REST = 1e-8
 
 UNKNOWN = "unknown_works"  # figure with the names of the sources of unknown work
@@ -47,6 +48,8 @@ def summarise(run: Run) -> dict[str, Any]:
     `logged_samples`.
 
     - Errors are norms over the three components of a sample.
+    - `tension_N` are commanded tensions. If winches take lengths or rates, they are those that the nominal cables have
+      at rest with these. `cable_tension_N` are the true tensions of cables that are not ideal.
     - `largest_step` is the largest change of a tension between two samples. Broken cables do not count.
     - `infeasible_steps` are samples whose wrench no tensions within the limits balance, according to the solver;
       `unanswered_steps` are solver failures.
@@ -201,7 +204,7 @@ class Accumulator:
             loose = self.slack.added(part.time, slack(part.cable_tension, self._header) & intact)
             closest = None if self.closest is None else self.closest.copy()
             if closest is not None:
-                closest.add(rows[:, 0], rows[:, self._header.layout.span("position", "orientation")])
+                add_rows(closest, self._header.layout, rows)
             found = loose, self.singular.added(part, intact), lost_steps(self.lost, self._header, rows)
             for name in ("residual", "margin", "kinetic", *self._sources):
                 self._update_extremes(name, part[name])
@@ -275,7 +278,7 @@ class Accumulator:
         """
         unknown = self._header.unknown_works
         turned_over, residual = self._high["turned over"], self._high["unexplained"]
-        rest = AT_REST * self._high.get("tension", 0.0) * self._header.characteristic_length
+        rest = AT_REST * self._high.get("cable tension", 0.0) * self._header.characteristic_length
         return {
             "kinetic_max": self._high["kinetic"],
             **{name: self._final[name] for name in self._sources},

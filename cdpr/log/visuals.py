@@ -23,6 +23,7 @@ TRANSFORM_RATE = 60.0  # Hz of simulation time, maximum; also of the clock, as p
 MARKER_RATE = 30.0
 PATH_RATE = 1.0  # constant; repeated only for later subscribers
 PATH = "/cdpr/desired_path"
+SAGGING_PIECES = 8  # lines that show a sagging cable: within 1/64 of its sag, with little data
 _CUBE, _SPHERE, _CYLINDER, _LINE_STRIP, _LINE_LIST = 1, 2, 3, 4, 5  # visualization_msgs/Marker
 _AT_ORIGIN = {"orientation": {"w": 1.0}}
 MARKED = {
@@ -64,7 +65,7 @@ def visual_topics(header: Header, channel: int, *, clock: bool = True) -> tuple[
 
 
 def _markers(header: Header, channel: int) -> Group:
-    m = len(header.cables)
+    m, pieces = len(header.cables), _pieces(header)
     cables: dict[str, Any] = {
         **STAMPED,
         "ns": "cables",
@@ -72,12 +73,14 @@ def _markers(header: Header, channel: int) -> Group:
         "pose": _AT_ORIGIN,
         "scale": {"x": 0.01 * header.characteristic_length},
         "color": _GREY,
-        "points": [{}] * (2 * m),
-        "colors": [{}] * (2 * m),
+        "points": [{}] * (2 * pieces * m),
+        "colors": [{}] * (2 * pieces * m),
     }
     markers: list[dict[str, Any]] = [cables]
-    # A source row: 2 m points, 2 m colours (four float32 in two float64), pose of the platform, desired pose.
-    points, colour, pose = slice(0, 6 * m), slice(6 * m, 10 * m), slice(10 * m, 10 * m + 7)
+    # A source row, of cables with k pieces: 2 k m points, 2 k m colours (four float32 in two float64), pose of the
+    # platform, desired pose.
+    k = pieces * m
+    points, colour, pose = slice(0, 6 * k), slice(6 * k, 10 * k), slice(10 * k, 10 * k + 7)
     desired = slice(pose.stop, pose.stop + 7)
     columns: dict[str, tuple[slice, ...]] = {"markers.0.points": (points,), "markers.0.colors": (colour,)}
     if header.shape is not None:
@@ -161,7 +164,7 @@ def _every(rate: float, header: Header) -> int:
 
 
 def _marker_rows(header: Header, rows: Array) -> Array:
-    layout, n, m = header.layout, len(rows), len(header.cables)
+    layout, n, m, pieces = header.layout, len(rows), len(header.cables), _pieces(header)
     fields = layout.columns
     command = rows[:, fields["tension"]]
     shown = pictures(
@@ -171,15 +174,23 @@ def _marker_rows(header: Header, rows: Array) -> Array:
         rows[:, fields["orientation"]],
         tension=rows[:, fields["cable_tension"]] if "cable_tension" in fields else command,
         command=command,
+        unwound=rows[:, fields["unstretched_length"]] if header.spans else None,
     )
-    source = np.empty((n, 10 * m + 14))
-    points = source[:, : 6 * m].reshape(n, m, 2, 3)
-    colour = source[:, 6 * m : 10 * m].view(np.float32).reshape(n, m, 2, 4)
+    k = pieces * m
+    source = np.empty((n, 10 * k + 14))
+    points = source[:, : 6 * k].reshape(n, m, pieces, 2, 3)
+    colour = source[:, 6 * k : 10 * k].view(np.float32).reshape(n, m, 2 * pieces, 4)
     poses = (*ros_pose(layout), *ros_pose(layout, "desired_"))
-    np.concatenate([rows[:, run] for run in poses], axis=1, out=source[:, 10 * m :])
-    points[:] = shown.ends
+    np.concatenate([rows[:, run] for run in poses], axis=1, out=source[:, 10 * k :])
+    lines = shown.cable_lines(pieces + 1)
+    points[:, :, :, 0], points[:, :, :, 1] = lines[:, :, :-1], lines[:, :, 1:]
     colour[:] = _cable_colours(header, shown)[:, :, None]
     return source
+
+
+def _pieces(header: Header) -> int:
+    """Return the number of lines that show a cable."""
+    return SAGGING_PIECES if header.spans else 1
 
 
 def _cable_colours(header: Header, shown: Pictures) -> Array:

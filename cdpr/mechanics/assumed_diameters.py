@@ -36,12 +36,22 @@ def with_diameters(robot: Robot) -> Robot:
     return replace(robot, cables=cables)
 
 
-def least_clearance(robot: Robot, pose: Array, obstacles: Sequence[Obstacle] = ()) -> tuple[float, str] | None:
-    """Return the least clearance at a pose (7,) [m] and the names of the bodies, None if nothing can touch."""
+def least_clearance(
+    robot: Robot,
+    pose: Array,
+    obstacles: Sequence[Obstacle] = (),
+    *,
+    unwound: Array | None = None,
+    gravity: Array | None = None,
+) -> tuple[float, str] | None:
+    """Return the least clearance at a pose (7,) [m] and the names of the bodies, None if nothing can touch.
+
+    With unwound lengths (1, m) [m] and gravity (3,) [m/s^2], cables that sag are curves.
+    """
     from cdpr.mechanics.clearance import clearance  # loads the kernel library
 
-    among = clearance(with_diameters(robot), obstacles)
-    gaps, which = among.at(pose[None])
+    among = clearance(with_diameters(robot), obstacles, gravity=gravity)
+    gaps, which = among.at(pose[None], unwound=unwound)
     return (float(gaps[0]), among.name(int(which[0]))) if math.isfinite(gaps[0]) else None
 
 

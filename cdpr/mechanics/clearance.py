@@ -1,8 +1,9 @@
 """Clearances between cables, and of cables from their own platform and from obstacles.
 
-The axis of a cable is the segment from its exit point on the frame to its anchor on the platform. The clearance of two
-cables is the distance of their axes minus both radii. The clearance of a cable from a solid is the distance of its axis
-minus its radius. A negative clearance means interference.
+The axis of a cable is the segment from its exit point on the frame to its anchor on the platform. The axis of a cable
+that sags is its curve if its unwound length is known (`Clearance.at`). The clearance of two cables is the distance of
+their axes minus both radii. The clearance of a cable from a solid is the distance of its axis minus its radius. A
+negative clearance means interference.
 
 - Two cables share an anchor if their anchors on one side are closer than the sum of their radii. They always touch at
   this anchor, and elsewhere only if they are almost parallel. The clearance of such a pair uses the distance of the
@@ -12,6 +13,8 @@ minus its radius. A negative clearance means interference.
   cable is below all faces on which the anchor lies (the tangent cone). The clearance is then the height of this end
   above the highest of these faces. The clearance of a cable with an anchor outside the solid is its distance from the
   solid. An anchor inside the solid gives no clearance, because the solid does not represent the platform there.
+- A curve passes through the platform if its tangent at the anchor does, or if it enters the solid farther on. In the
+  first case, the point of the tangent at the distance of the other end takes the place of this end.
 """
 
 from __future__ import annotations
@@ -19,7 +22,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -27,7 +31,8 @@ from numpy.typing import ArrayLike, NDArray
 from cdpr.base.errors import CdprError
 from cdpr.base.problems import shown
 from cdpr.base.threads import in_threads
-from cdpr.cables.tables import line_table
+from cdpr.cables import bends
+from cdpr.cables.tables import chain_table, line_table
 from cdpr.mechanics import solids
 from cdpr.mechanics.contacts import PLATFORM
 from cdpr.mechanics.distances import solid_distances
@@ -68,6 +73,7 @@ class Clearance:
         bodies: cables, platform and obstacles in the layout of the kernels.
         sharing: names of the pairs of cables that share an anchor.
         unjudged: names of the cables whose anchor is inside the platform's shape; all cables if it has no shape.
+        gravity: (3,) m/s^2, world axes, for the curves of cables that sag; None if unknown.
     """
 
     robot: Robot
@@ -75,19 +81,31 @@ class Clearance:
     bodies: Bodies
     sharing: tuple[tuple[str, str], ...]
     unjudged: tuple[str, ...]
+    gravity: Array | None = None
 
-    def at(self, poses: ArrayLike, jobs: int | None = None) -> tuple[Array, NDArray[np.int64]]:
+    @cached_property
+    def sagging(self) -> dict[str, Any]:
+        """Arguments of the kernels for the curves of cables that sag; empty without such cables or gravity."""
+        if self.gravity is None or not bends(self.robot):
+            return {}
+        return {"chains": chain_table(self.robot), "gravity": self.gravity}
+
+    def at(
+        self, poses: ArrayLike, jobs: int | None = None, *, unwound: ArrayLike | None = None
+    ) -> tuple[Array, NDArray[np.int64]]:
         """Compute the least clearance at each of many poses.
 
         Args:
             poses: (K, 7) positions [m] and unit quaternions w, x, y, z.
             jobs: number of threads, by default one per core. It does not change the result.
+            unwound: (K, m) unwound lengths [m]. With these and `gravity`, cables that sag are curves, and each distance
+                has an error of at most 1e-6 m. Otherwise they are straight, like all others.
 
         Returns:
             Clearances (K,) [m], infinite if nothing can touch; and indices (K,) of the closest pairs for `name`.
 
         Raises:
-            CdprError: if the poses have another shape or are not finite.
+            CdprError: if an argument has another shape, or if poses are not finite.
 
         Example:
             >>> import cdpr
@@ -99,9 +117,14 @@ class Clearance:
         given = np.ascontiguousarray(checked(poses, (None, 7), "poses", finite=True))
         least, which = np.empty(len(given)), np.empty(len(given), dtype=np.int64)
         bodies = self.bodies._asdict()
+        lengths, kernel = None, "clearances"
+        if unwound is not None and self.sagging:
+            lengths = np.ascontiguousarray(checked(unwound, (len(given), self.robot.m), "unwound"))
+            bodies, kernel = bodies | self.sagging, "sagging_clearances"
 
         def part(cut: slice) -> None:
-            bind("clearances", **bodies, poses=given[cut], clearance=least[cut], which=which[cut]).unlocked()
+            curved = {} if lengths is None else {"unwound": lengths[cut]}
+            bind(kernel, **bodies, **curved, poses=given[cut], clearance=least[cut], which=which[cut]).unlocked()
 
         in_threads(len(given), part, jobs)
         return least, which
@@ -123,13 +146,19 @@ class Clearance:
         return f"{names[i]} and {PLATFORM}" if k == 0 else f"{names[i]} and {self.obstacles[k - 1].name}"
 
 
-def clearance(robot: Robot, obstacles: Sequence[Obstacle] = (), diameter: float | None = None) -> Clearance:
+def clearance(
+    robot: Robot,
+    obstacles: Sequence[Obstacle] = (),
+    diameter: float | None = None,
+    gravity: ArrayLike | None = None,
+) -> Clearance:
     """Return the clearances of a robot.
 
     Args:
         robot: robot with the anchors, the exit points, the platform's shape and the diameters of the cables.
         obstacles: obstacles in the world.
         diameter: diameter of all cables [m], by default their own diameters.
+        gravity: (3,) m/s^2, world axes, for the curves of cables that sag.
 
     Raises:
         CdprError: if a diameter is not known or is not a finite length of at least 0 m.
@@ -162,6 +191,6 @@ def clearance(robot: Robot, obstacles: Sequence[Obstacle] = (), diameter: float 
     platform = np.tile([cable.platform for cable in robot.cables], 2)
     deep = np.ones(m, dtype=bool) if shape is None else solid_distances(own[0], platform) < -ON_SURFACE
     inside = [cable.name for cable, within in zip(robot.cables, deep, strict=True) if within]
-    return Clearance(
-        robot, tuple(obstacles), Bodies(line_table(robot), radius, pairs, own, others), tuple(sharing), tuple(inside)
-    )
+    bodies = Bodies(line_table(robot), radius, pairs, own, others)
+    down = None if gravity is None else checked(gravity, (3,), "gravity", finite=True)
+    return Clearance(robot, tuple(obstacles), bodies, tuple(sharing), tuple(inside), down)

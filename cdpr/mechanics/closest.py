@@ -87,14 +87,22 @@ class Closest:
         other._spans = [(level, list(spans), open_) for level, spans, open_ in self._spans]
         return other
 
-    def add(self, time: ArrayLike, poses: ArrayLike) -> None:
-        """Add the samples that follow, at the times (K,) [s] and poses (K, 7)."""
-        times, table = np.asarray(time, dtype=float), np.asarray(poses, dtype=float)
-        for start in range(0, len(times), PIECE):
-            self._add(times[start : start + PIECE], table[start : start + PIECE])
+    def add(self, time: ArrayLike, poses: ArrayLike, unwound: ArrayLike | None = None) -> None:
+        """Add the samples that follow.
 
-    def _add(self, time: Array, poses: Array) -> None:
-        clearance, which = self._evaluate(time, poses)
+        Args:
+            time: (K,) s.
+            poses: (K, 7) positions [m] and quaternions w, x, y, z.
+            unwound: (K, m) unwound lengths [m], for the curves of cables that sag; None if unknown.
+        """
+        times, table = np.asarray(time, dtype=float), np.asarray(poses, dtype=float)
+        lengths = None if unwound is None else np.asarray(unwound, dtype=float)
+        for start in range(0, len(times), PIECE):
+            cut = slice(start, start + PIECE)
+            self._add(times[cut], table[cut], None if lengths is None else lengths[cut])
+
+    def _add(self, time: Array, poses: Array, unwound: Array | None) -> None:
+        clearance, which = self._evaluate(time, poses, unwound)
         k = int(np.argmin(clearance))
         if clearance[k] < (math.inf if self.least is None else self.least.clearance):
             self.least = LeastClearance(float(clearance[k]), float(time[k]), int(which[k]))
@@ -112,7 +120,7 @@ class Closest:
                 spans.append(span)
             self._spans[i] = level, spans, bool(under[-1])
 
-    def _evaluate(self, time: Array, poses: Array) -> tuple[Array, NDArray[np.int64]]:
+    def _evaluate(self, time: Array, poses: Array, unwound: Array | None) -> tuple[Array, NDArray[np.int64]]:
         """Return the clearances (K,) [m], infinite if there is none, and the indices of the closest pairs."""
         clearance, which = np.full(len(time), math.inf), np.full(len(time), -1, dtype=np.int64)
         sound = np.isfinite(poses).all(axis=1)
@@ -122,7 +130,8 @@ class Closest:
             if len(now):
                 gone = [cable for cable, at in self._broken if at <= since]
                 among = self._among.without(gone) if gone else self._among
-                clearance[now], which[now] = among.at(poses[now], jobs=1)
+                lengths = None if unwound is None else unwound[now]
+                clearance[now], which[now] = among.at(poses[now], jobs=1, unwound=lengths)
         return clearance, which
 
 

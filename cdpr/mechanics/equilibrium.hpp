@@ -149,34 +149,23 @@ inline int potential(Potential& at) {
 
 // Unwound lengths of cables at rest with given tensions at their winches; of cables that do not stretch, their lengths.
 struct RestLengths {
-    const double* lines;    // (m, w), as in Geometry
-    const double* chains;   // (m, 33), as in ChainRow
-    const double* gravity;  // (3), m/s^2, world
-    const double* poses;    // (k, 7): position, m, and quaternion
-    const double* tension;  // (k, m), N
-    double* unwound;        // (k, m), m
-    int64_t k;
-    int64_t m;
-    int64_t w;
-    static constexpr char fields[] =
-        "lines(m, w >= 6), chains(m, 33), gravity(3), poses(k, 7), tension(k, m), unwound(k, m), k, m, w";
+    TensionedCables cables;
+    double* unwound;  // (k, m), m
+    static constexpr auto fields = extended(TensionedCables::fields, "unwound(k, m)");
 };
 
 inline int rest_lengths(RestLengths& held) {
-    if (!has_anchors<double>(held.w)) return BAD_INPUT;
-    const int64_t m = held.m;
-    for (int64_t k = 0; k < held.k; k++) {
-        const double* pose = held.poses + 7 * k;
-        const Vector<double> p = vector(pose);
-        const Quaternion<double> q = quaternion(pose + 3);
-        for (int64_t i = 0; i < m; i++) {
-            const Line<double> cable = line(held.lines, held.w, i, p, q);
+    const TensionedCables& cables = held.cables;
+    if (!cables.valid()) return BAD_INPUT;
+    for (int64_t k = 0; k < cables.k; k++) {
+        for (int64_t i = 0; i < cables.m; i++) {
+            const Line<double> cable = cables.cable(k, i);
             const ExitResult<double> exit = cable.lead();
             const double whole = length(cable.chord(exit.point)) + exit.wrapped_length;
-            const ChainRow<double> row = chain_row(held.chains, i);
-            const BentSpan<double> ends = cable.span(exit, row.span(), vector(held.gravity));
-            held.unwound[k * m + i] =
-                row.stretches() ? unwound_length(row, ends, whole, held.tension[k * m + i]) : whole;
+            const ChainRow<double> row = cables.row(i);
+            const BentSpan<double> ends = cable.span(exit, row.span(), cables.down());
+            const int64_t place = k * cables.m + i;
+            held.unwound[place] = row.stretches() ? unwound_length(row, ends, whole, cables.tension[place]) : whole;
         }
     }
     return 0;

@@ -2,7 +2,8 @@
 
 For m cables and n degrees of freedom, this is a least-squares problem, over-determined if m > n. Several poses can have
 the same lengths: for example, a suspended platform and its mirror image above the anchors. The result is the pose that
-a descent from the start reaches. See Pott, Cable-Driven Parallel Robots (2018), chapter 4; the damping is that of
+a descent from the start reaches. Cables are straight: with lengths of cables that sag or stretch, use
+`cdpr.mechanics.equilibrium`. See Pott, Cable-Driven Parallel Robots (2018), chapter 4; the damping is that of
 Marquardt (1963).
 """
 

@@ -59,66 +59,71 @@ struct SaggingCable {
     }
 };
 
-// Addition of the cables that sag to the stiffness with locked drums. `tension` is that at their winches; they are
-// taut. `stiffness` contains the other cables.
-struct SaggingStiffness {
+// Cables at poses of the platform, with tensions at their winches.
+struct TensionedCables {
     const double* lines;    // (m, w), as in Geometry
     const double* chains;   // (m, 33), as in ChainRow
     const double* gravity;  // (3), m/s^2, world
     const double* poses;    // (k, 7): position, m, and quaternion
     const double* tension;  // (k, m), N
-    double* stiffness;      // (k, 6, 6), N/m, N, N m
     int64_t k;
     int64_t m;
     int64_t w;
-    static constexpr char fields[] =
-        "lines(m, w >= 6), chains(m, 33), gravity(3), poses(k, 7), tension(k, m), both stiffness(k, 6, 6), k, m, w";
+    static constexpr char fields[] = "lines(m, w >= 6), chains(m, 33), gravity(3), poses(k, 7), tension(k, m), k, m, w";
+
+    bool valid() const { return has_anchors<double>(w); }
+    Vector<double> down() const { return vector(gravity); }
+    ChainRow<double> row(int64_t i) const { return chain_row(chains, i); }
+    Line<double> cable(int64_t at, int64_t i) const {
+        return line(lines, w, i, vector(poses + 7 * at), quaternion(poses + 7 * at + 3));
+    }
+};
+
+// Addition of the cables that sag to the stiffness with locked drums; they are taut. `stiffness` contains the other
+// cables.
+struct SaggingStiffness {
+    TensionedCables cables;
+    double* stiffness;  // (k, 6, 6), N/m, N, N m
+    static constexpr auto fields = extended(TensionedCables::fields, "both stiffness(k, 6, 6)");
 };
 
 inline int sagging_stiffness(SaggingStiffness& held) {
-    if (!has_anchors<double>(held.w)) return BAD_INPUT;
-    const Vector<double> down = vector(held.gravity);
-    for (int64_t k = 0; k < held.k; k++) {
-        const double* pose = held.poses + 7 * k;
-        for (int64_t i = 0; i < held.m; i++) {
-            const ChainRow<double> row = chain_row(held.chains, i);
+    const TensionedCables& cables = held.cables;
+    if (!cables.valid()) return BAD_INPUT;
+    for (int64_t k = 0; k < cables.k; k++) {
+        for (int64_t i = 0; i < cables.m; i++) {
+            const ChainRow<double> row = cables.row(i);
             if (!bends(row.span_kind())) continue;
-            const Line<double> cable = line(held.lines, held.w, i, vector(pose), quaternion(pose + 3));
-            const BentSpan<double> span = cable.span(cable.lead(), row.span(), down);
-            const double unwound = bent_rest(row.span_kind(), span, held.tension[k * held.m + i]);
-            SaggingCable(cable, row, down, unwound).add_stiffness(held.stiffness + 36 * k);
+            const Line<double> cable = cables.cable(k, i);
+            const BentSpan<double> span = cable.span(cable.lead(), row.span(), cables.down());
+            const double unwound = bent_rest(row.span_kind(), span, cables.tension[k * cables.m + i]);
+            SaggingCable(cable, row, cables.down(), unwound).add_stiffness(held.stiffness + 36 * k);
         }
     }
     return 0;
 }
 
-// Wrench of cables that sag minus that of their tensions along their chords, about the platform's origin.
+// Wrench of cables that sag minus that of their tensions along their chords, about the platform's origin; they are
+// taut.
 struct SaggingWrench {
-    const double* lines;    // (m, w), as in Geometry
-    const double* chains;   // (m, 33), as in ChainRow
-    const double* gravity;  // (3), m/s^2, world
-    const double* poses;    // (k, 7): position, m, and quaternion
-    const double* tension;  // (k, m), N, at the winches, of taut cables
-    double* wrench;         // (k, 6), N and N m, world axes
-    int64_t k;
-    int64_t m;
-    int64_t w;
-    static constexpr char fields[] =
-        "lines(m, w >= 6), chains(m, 33), gravity(3), poses(k, 7), tension(k, m), wrench(k, 6), k, m, w";
+    TensionedCables cables;
+    double* wrench;  // (k, 6), N and N m, world axes
+    static constexpr auto fields = extended(TensionedCables::fields, "wrench(k, 6)");
 };
 
 inline int sagging_wrench(SaggingWrench& held) {
-    if (!has_anchors<double>(held.w)) return BAD_INPUT;
-    const Vector<double> none = {0.0, 0.0, 0.0}, down = vector(held.gravity);
-    for (int64_t k = 0; k < held.k; k++) {
-        const double* pose = held.poses + 7 * k;
+    const TensionedCables& cables = held.cables;
+    if (!cables.valid()) return BAD_INPUT;
+    const Vector<double> none = {0.0, 0.0, 0.0};
+    for (int64_t k = 0; k < cables.k; k++) {
         Wrench<double> total = {none, none};
-        for (int64_t i = 0; i < held.m; i++) {
-            const ChainRow<double> row = chain_row(held.chains, i);
+        for (int64_t i = 0; i < cables.m; i++) {
+            const ChainRow<double> row = cables.row(i);
             if (!bends(row.span_kind())) continue;
-            const Line<double> cable = line(held.lines, held.w, i, vector(pose), quaternion(pose + 3));
-            const BentSpan<double> span = cable.span(cable.lead(), row.span(), down);
-            const double tension = held.tension[k * held.m + i], unwound = bent_rest(row.span_kind(), span, tension);
+            const Line<double> cable = cables.cable(k, i);
+            const BentSpan<double> span = cable.span(cable.lead(), row.span(), cables.down());
+            const double tension = cables.tension[k * cables.m + i];
+            const double unwound = bent_rest(row.span_kind(), span, tension);
             const Vector<double> force = bent_pull(row.span_kind(), span, unwound, 0.0, row.lowest()).force;
             const Vector<double> f = force - (tension / length(span.chord)) * span.chord;
             total = total + Wrench<double>{f, cross(cable.lever, f)};

@@ -5,18 +5,19 @@ from __future__ import annotations
 import numpy as np
 
 from cdpr.cables import chain_of
-from cdpr.cables.catenary.curve import curve, least_tension
+from cdpr.cables.catenary.curve import least_tension
 from cdpr.cables.tables import chain_table, exits, line_table
+from cdpr.mechanics.curves import cable_curves
 from cdpr.model import Robot, rotations
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 
 # Quantities with and without sag, for output and documentation.
 CHORD = (
-    "equilibria, stiffness and frequencies include it; static tensions, capacities, dexterity, sizing, forward "
-    "kinematics and clearances use the chords, without weight"
+    "equilibria, stiffness, frequencies, and clearances of runs, poses and motions include it; static tensions, "
+    "capacities, dexterity, sizing, forward kinematics and clearances of workspaces use the chords, without weight"
 )
-DRAWN = "cables that sag are drawn as straight lines, and clearances are those of these lines"
+STRAIGHT = "Cables that sag are drawn as straight lines, because their lengths are unknown."
 SIZED = "cables sag: lengths are those of the chords, and tensions that are not of a run leave out the cables' weight"
 
 
@@ -42,7 +43,7 @@ def least_tensions(robot: Robot, position: Array, orientation: Array, gravity: A
     found, some = np.zeros((len(position), robot.m)), sagging(robot)
     if not some:
         return found
-    tips, leaving, _ = _ends(robot, position, orientation)
+    tips, leaving = _ends(robot, position, orientation)
     cables = [robot.cables[i] for i in some]
     density = np.array([cable.linear_density or 0.0 for cable in cables])
     stiffness = np.array([cable.axial_stiffness for cable in cables], dtype=np.float64)
@@ -89,32 +90,12 @@ def curves(
         count: points of a curve.
 
     Returns:
-        (count, 3) m each, world frame, from the platform to the exit. NaN if there is no solution.
+        (count, 3) m each, world frame, from the platform to the exit at equal unstretched lengths. Straight if there is
+            no equilibrium.
     """
-    some, g = sagging(robot), np.array(gravity, dtype=np.float64)
-    tips, leaving, wrapped = (part[0] for part in _ends(robot, position[None], orientation[None]))
-    force, tension = np.full((robot.m, 3), np.nan), np.full(robot.m, np.nan)
-    chord = leaving - tips
-    bind(
-        "bent_cables",
-        chains=chain_table(robot),
-        gravity=g,
-        chord=chord,
-        exit_to_anchor=robot.anchors[:, :3] - leaving,
-        wrapped_length=wrapped,
-        unwound=np.array(unstretched, dtype=np.float64),
-        stretching=np.zeros(robot.m),
-        force=force,
-        tension=tension,
-    )()
-    found = {}
-    for i in some:
-        cable = robot.cables[i]
-        stiffness, weight = float(cable.axial_stiffness or np.nan), (cable.linear_density or 0.0) * np.linalg.norm(g)
-        strain = 0.5 * (np.linalg.norm(force[i]) + tension[i]) / stiffness
-        span = float(unstretched[i] - wrapped[i] / (1.0 + strain))
-        found[i] = tips[i] + curve(force[i], span, chord[i], float(weight), stiffness, g, count)
-    return found
+    pose, lengths = np.concatenate([position, orientation])[None], np.asarray(unstretched)[None]
+    (found,) = cable_curves(line_table(robot), chain_table(robot), gravity, pose, lengths, count)
+    return {i: found[i, ::-1] for i in sagging(robot)}
 
 
 def sagging_wrench(robot: Robot, poses: Array, tension: Array, gravity: Array) -> Array:
@@ -135,11 +116,10 @@ def sagging_wrench(robot: Robot, poses: Array, tension: Array, gravity: Array) -
     return found
 
 
-def _ends(robot: Robot, position: Array, orientation: Array) -> tuple[Array, Array, Array]:
-    """Return anchors on the platform and exit points, (k, m, 3) m, and lengths on the exits, (k, m) m."""
+def _ends(robot: Robot, position: Array, orientation: Array) -> tuple[Array, Array]:
+    """Return anchors on the platform and exit points, (k, m, 3) m."""
     k, m = len(position), robot.m
     turned = np.asarray(rotations.matrix(np.asarray(orientation, dtype=np.float64)))
     tips = np.asarray(position)[:, None] + robot.anchors[:, 3:] @ np.swapaxes(turned, -1, -2)
-    lines = np.tile(line_table(robot), (k, 1))
-    points, _, wrapped = exits(lines, tips.reshape(-1, 3))
-    return tips, points.reshape(k, m, 3), wrapped.reshape(k, m)
+    points, _, _ = exits(np.tile(line_table(robot), (k, 1)), tips.reshape(-1, 3))
+    return tips, points.reshape(k, m, 3)

@@ -16,7 +16,7 @@ limit. Other own states of winches are not included: a motor with a lag is taken
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,6 +31,7 @@ from cdpr.cables.stepper import STEPPER, STEPPER_MOTOR
 from cdpr.cables.transmission import COULOMB_SPEED, EFFICIENCY
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.kinematics import STILL, lengths, wrench_matrix
+from cdpr.mechanics.limiting_part import Resistance
 from cdpr.model import Cable, Robot, rotations
 from cdpr.model.robot import Array
 
@@ -46,11 +47,13 @@ class Oscillator:
     """Linear oscillator M z'' + C z' + K z = 0 with matrices (k, k).
 
     Numbers out of the range of floating-point numbers yield NaN or infinity, without warnings; `stable` rejects them.
+    The sum of the `parts` is that of K and C.
     """
 
     M: Array
     C: Array
     K: Array
+    parts: tuple[Resistance, ...]
 
     @property
     def fastest(self) -> float:
@@ -112,10 +115,10 @@ class Oscillator:
         return platform
 
 
-def known_drums(robot: Robot) -> bool:
-    """Return True if `oscillator` knows the motion of all winches.
+def supports_oscillator(robot: Robot) -> bool:
+    """Return True if `oscillator` supports all winches.
 
-    These are ideal drives, immediate winches, and those that declare radius and inertia of a drum.
+    It supports ideal drives, immediate winches, and those that declare radius and inertia of a drum.
     """
     winches = [chain_of(robot, cable).winch for cable in robot.cables]
     known = (
@@ -143,7 +146,7 @@ def _loops(chain: Chain, cable: Cable) -> tuple[float, float]:
 
 @np.errstate(all="ignore")
 def oscillator(robot: Robot, state: Array, gravity: ArrayLike = GRAVITY) -> Oscillator:
-    """Linearise a robot on winches with `known_drums` about the pose of a state with all cables taut.
+    """Linearise a robot on winches with `supports_oscillator` about the pose of a state with all cables taut.
 
     Args:
         robot: the robot.
@@ -159,6 +162,7 @@ def oscillator(robot: Robot, state: Array, gravity: ArrayLike = GRAVITY) -> Osci
     weight = required_wrench(robot, still, np.asarray(gravity, float))[rows]
     tension = np.maximum(np.linalg.lstsq(W, weight, rcond=None)[0], robot.tension_min)
     drums, losses, gains = np.zeros(robot.m), np.zeros(robot.m), np.zeros(robot.m)
+    servos = np.zeros(robot.m)  # damping of servos, part of the losses
     for i, (cable, chain) in enumerate(zip(robot.cables, chains, strict=True)):
         winch = cable.winch
         if winch is not None and not chain.immediate and chain.winch not in PRESCRIBED:
@@ -174,6 +178,7 @@ def oscillator(robot: Robot, state: Array, gravity: ArrayLike = GRAVITY) -> Osci
                 share = 2.0 * (1.0 - efficiency) / (1.0 + efficiency)
                 loss += share * radius * tension[i] / COULOMB_SPEED.of(cable)
             losses[i], gains[i] = loss / radius**2, gain / radius**2
+            servos[i] = _loops(chain, cable)[1] / radius**2
     losses += _losses_on_exits(robot, state, tension)
     springs = np.array([chain.stretches for chain in chains])
     own = springs & [chain.winch not in PRESCRIBED for chain in chains]  # drums with their own coordinates
@@ -186,33 +191,54 @@ def oscillator(robot: Robot, state: Array, gravity: ArrayLike = GRAVITY) -> Osci
     axial = [chain.span.stiffest(cable) for chain, cable in zip(chains, robot.cables, strict=True)]
     stiffness = np.array(axial)[springs] / length[springs]
     damping = np.array([cable.damping for cable in robot.cables])[springs]
-    return Oscillator(M, C + B * damping @ B.T, K + B * stiffness @ B.T)
+    along = (np.eye(n + k)[:, :n] @ carried).T  # directions of cables that do not stretch
+    parts = (
+        *_of_springs(np.flatnonzero(springs).tolist(), B.T, stiffness, damping),
+        *_of_drums(np.flatnonzero(own).tolist(), np.eye(n + k)[n:], gains, servos, losses),
+        *_of_drums(np.flatnonzero(~springs).tolist(), along, gains, servos, losses),
+    )
+    return Oscillator(M, C + B * damping @ B.T, K + B * stiffness @ B.T, parts)
+
+
+def _of_springs(cables: list[int], directions: Array, stiffness: Array, damping: Array) -> Iterator[Resistance]:
+    for i, direction, spring, damper in zip(cables, directions, stiffness, damping, strict=True):
+        yield Resistance(i, "its stiffness", direction, stiffness=spring)
+        yield Resistance(i, "its damping", direction, damping=damper)
+
+
+def _of_drums(cables: list[int], directions: Array, gains: Array, servos: Array, losses: Array) -> Iterator[Resistance]:
+    for i, direction in zip(cables, directions, strict=True):
+        yield Resistance(i, "the control of its winch", direction, gains[i], servos[i])
+        yield Resistance(i, "the friction of its winch", direction, damping=losses[i] - servos[i])
 
 
 def _losses_on_exits(robot: Robot, state: Array, tension: Array) -> Array:
     """Return the damping (m,) [N s/m] of the cables by friction on their exits, under tensions (m,) [N], at rest."""
-    if not rubs(robot):
-        return np.zeros(robot.m)
+    return exit_slopes(robot, state) * tension if rubs(robot) else np.zeros(robot.m)
+
+
+def exit_slopes(robot: Robot, state: Array) -> Array:
+    """Return the damping (m,) of the cables by friction on their exits, per tension [s/m], at the pose of a state."""
     tips = state[:3] + robot.anchors[:, 3:] @ rotations.matrix(state[3:7]).T
     slopes = [
         cable.exit.damping(cable.frame.tolist(), tip.tolist()) if cable.exit else 0.0
         for cable, tip in zip(robot.cables, tips, strict=True)
     ]
-    return np.asarray(np.array(slopes) * tension)
+    return np.array(slopes)
 
 
-def shortest_lag(robot: Robot) -> float:
-    """Return the shortest time constant of the torque of a servo [s], infinite without any.
+def shortest_lag(robot: Robot) -> tuple[float, str]:
+    """Return the shortest time constant of the torque of a servo [s], infinite without any, and the name of its cable.
 
     Without more, it requires steps of at most twice its value.
     """
     lags = [
-        number.of(cable)
+        (number.of(cable), cable.name)
         for cable in robot.cables
         for number in chain_of(robot, cable).winch.numbers
-        if number.key == "torque_lag"
+        if number.key == "torque_lag" and number.of(cable) > 0.0
     ]
-    return min((lag for lag in lags if lag > 0.0), default=np.inf)
+    return min(lags, key=lambda each: each[0], default=(np.inf, ""))
 
 
 def stable(step: Array) -> bool:

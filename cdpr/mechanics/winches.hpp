@@ -262,9 +262,8 @@ template <class T> inline int read_drums(DrumReading<T>& p) {
         const WinchMotion<T> motion = plant.motion(i, plant.tension_at_winch(i), present);
         p.torque[i] = present_torque(plant, i, motion);
         p.power[i] = p.torque[i] * motion.speed;
-        const bool turns = !is(row.winch_kind(), DIRECT);
-        p.speed[i] = turns ? motion.speed : T(NOT_A_NUMBER);
-        p.angle[i] = turns ? row.angle(motion.unwound) : T(NOT_A_NUMBER);
+        p.angle[i] = row.angle(motion.unwound);
+        p.speed[i] = select(p.angle[i] == p.angle[i], motion.speed, T(NOT_A_NUMBER));
     }
     return 0;
 }

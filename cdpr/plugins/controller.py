@@ -39,6 +39,11 @@ def stage_of_output(output: str, commands: Sequence[str]) -> Output | None:
     return "winch" if output == "command" or set(commands) == {output} else None
 
 
+def listed(commands: Sequence[str]) -> str:
+    """Return the quantities that winches take, for messages: "a tension or a length"."""
+    return " or ".join(f"a {each}" for each in dict.fromkeys(commands))
+
+
 class Tunable(NamedTuple):
     """Option of a controller that its compiled operation reads from an array.
 

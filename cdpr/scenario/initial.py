@@ -9,12 +9,14 @@ import numpy as np
 from pydantic import Field
 
 from cdpr.base.fields import HOME, ZERO, Position, Section, Vector3, unit
-from cdpr.base.needs import EVERYWHERE, Needs, left_out
+from cdpr.base.needs import EVERYWHERE, UNCONCERNED, Needs, left_out, no
 from cdpr.model.robot import Array
 from cdpr.model.rotations import matrix
 from cdpr.scenario.orientation import UPRIGHT, Orientation
 
 AT_REST = left_out("the format has no initial velocity")
+AS_GIVEN = left_out("the model starts at the given pose")
+NO_START = no("an exported start is the given pose; give the pose of a run's first sample as initial pose instead")
 
 
 class Initial(Section):
@@ -24,6 +26,15 @@ class Initial(Section):
         "position": EVERYWHERE,
         "orientation": EVERYWHERE,
         **dict.fromkeys(("velocity", "angular_velocity"), Needs(sdf=AT_REST, urdf=AT_REST)),
+        "equilibrium": Needs(
+            plant_fmu=NO_START,
+            controller_fmu=NO_START,
+            bare_controller_fmu=UNCONCERNED,
+            native=UNCONCERNED,
+            mjcf=AS_GIVEN,
+            sdf=AS_GIVEN,
+            urdf=AS_GIVEN,
+        ),
     }
 
     position: Position = Field(
@@ -33,9 +44,14 @@ class Initial(Section):
     orientation: Orientation = Field(UPRIGHT, description="attitude; default: upright")
     velocity: Vector3 = Field(ZERO, description="velocity of the origin", json_schema_extra=unit("m/s"))
     angular_velocity: Vector3 = Field(ZERO, description="angular velocity", json_schema_extra=unit("rad/s"))
+    equilibrium: bool = Field(
+        False,
+        description="the run starts where the platform comes to rest near this pose, with the first commands of the "
+        "winches; the motion starts at this pose. Requires a controller without feedback",
+    )
 
     def state(self) -> Array:
-        """Return the state (13,), in the layout of `cdpr.model`."""
+        """Return the given state (13,), in the layout of `cdpr.model`."""
         return np.concatenate([self.position, self.orientation.quaternion(), self.velocity, self.angular_velocity])
 
     def of_tool(self, tool: Array) -> Self:

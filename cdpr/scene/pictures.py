@@ -21,6 +21,10 @@ AT_LIMIT = 1e-6
 BEYOND = 20.0
 
 
+FINEST = 33  # points of the line of a sagging cable: a power of two plus one
+TINY = np.finfo(float).tiny
+
+
 class State(IntEnum):
     """Display state of a cable."""
 
@@ -44,11 +48,30 @@ class Pictures:
     desired_position: Array | None = None  # (n, 3), m, None if not distinguished from the position
     desired_orientation: Array | None = None  # (n, 4)
     force: Array | None = None  # (n, 3), N, external force at the platform's origin; None if zero
+    unwound: Array | None = None  # (n, m), m, unwound lengths; None if unknown or if no cable sags
 
     @cached_property
     def ends(self) -> Array:
         """Ends of the cables on the frame and on the platform, (n, m, 2, 3), m."""
         return self.subject.ends(self.position, self.orientation)
+
+    def cable_lines(self, count: int) -> Array:
+        """Return lines of the cables from frame to platform, (n, m, count, 3), m; (n, m, 2, 3) if none is a curve."""
+        if self.unwound is None:
+            return self.ends
+        return self.subject.curves(self.position, self.orientation, self.unwound, count)
+
+    def thinned_lines(self, tolerance: float) -> Array:
+        """Return the lines with the fewest points, 2^k + 1, that are within `tolerance` (m) of the cables.
+
+        The lines have at most `FINEST` points. Cables that are not finite are ignored.
+        """
+        fine = self.cable_lines(FINEST)
+        for step in (FINEST - 1 >> k for k in range(FINEST.bit_length())):
+            kept = fine[:, :, ::step] if step < fine.shape[2] else fine
+            if _apart(fine, kept) <= tolerance:
+                break
+        return kept
 
     @cached_property
     def way(self) -> Array:
@@ -74,6 +97,19 @@ class Pictures:
         return float(usual.min()), float(usual.max())
 
 
+def _apart(fine: Array, kept: Array) -> float:
+    """Return the largest distance (m) of points (..., k s + 1, 3) from lines through every s-th of them."""
+    pieces = kept.shape[2] - 1
+    step = (fine.shape[2] - 1) // pieces
+    start, along = kept[:, :, :-1, None], np.diff(kept, axis=2)[:, :, :, None]
+    inner = fine[:, :, :-1].reshape(*fine.shape[:2], pieces, step, 3)
+    away = inner - start
+    with np.errstate(all="ignore"):
+        share = np.clip((away * along).sum(-1) / np.maximum((along * along).sum(-1), TINY), 0.0, 1.0)
+        distance = np.linalg.norm(away - share[..., None] * along, axis=-1)
+    return float(np.max(distance[np.isfinite(distance)], initial=0.0))
+
+
 def pictures(
     subject: Subject,
     time: Array,
@@ -84,6 +120,7 @@ def pictures(
     command: Array | None = None,
     desired: tuple[Array, Array] | None = None,
     force: Array | None = None,
+    unwound: Array | None = None,
     limits_until: float = np.inf,
 ) -> Pictures:
     """Return a subject at n poses.
@@ -97,6 +134,7 @@ def pictures(
         command: (n, m), N; defaults to `tension`.
         desired: desired positions (n, 3), m, and orientations (n, 4).
         force: (n, 3), N, external force.
+        unwound: (n, m), m, unwound lengths, for the curves of cables that sag.
         limits_until: time (s) from which the subject's tension limits no longer apply.
     """
     state = None
@@ -105,7 +143,9 @@ def pictures(
     if force is not None and not np.any(force):
         force = None
     where, how = (None, None) if desired is None else desired
-    return Pictures(subject, time, position, orientation, tension, state, where, how, force)
+    if not subject.spans:
+        unwound = None
+    return Pictures(subject, time, position, orientation, tension, state, where, how, force, unwound)
 
 
 MOST = 1e6  # N, above all tensions of robots

@@ -26,12 +26,14 @@ class Subject:
     exits: tuple[CableExit | None, ...] = ()  # cable exits; empty if all cables leave the frame at their anchors
     broken: tuple[tuple[int, float], ...] = ()  # index and time (s) of cables that break
     tools: dict[str, tuple[float, ...]] = field(default_factory=dict)  # points (3,) in the platform's axes, m
+    spans: tuple[dict[str, Any] | None, ...] = ()  # spans of cables that sag; empty if none does
+    gravity: tuple[float, ...] = (0.0, 0.0, 0.0)  # (3,), m/s^2, for their curves
     led: str = ""  # guided tool, whose path is drawn; "" for the platform's origin
 
     @classmethod
     def of_robot(cls, robot: Robot) -> Subject:
         """Return the display data of a robot."""
-        from cdpr.cables import exits_of  # takes long to import
+        from cdpr.cables import exits_of, spans_of  # takes long to import
 
         return cls(
             cables=tuple(cable.name for cable in robot.cables),
@@ -42,6 +44,7 @@ class Subject:
             frame=np.empty((0, 6)) if robot.frame is None else robot.frame.edges,
             colours=robot.colours,
             exits=tuple(cable.exit for cable in robot.cables) if exits_of(robot) else (),
+            spans=spans_of(robot),
             tools={name: tuple(point.tolist()) for name, point in robot.platform.tools.items()},
         )
 
@@ -71,6 +74,25 @@ class Subject:
             lines = np.tile(self._lines, (len(out), 1))
             out[:, :, 0] = exits(lines, out[:, :, 1].reshape(-1, 3))[0].reshape(-1, len(self.cables), 3)
         return out
+
+    def curves(self, position: Array, orientation: Array, unwound: Array, count: int) -> Array:
+        """Return points of the cables from frame to platform.
+
+        Args:
+            position: (n, 3) m.
+            orientation: (n, 4) quaternions w, x, y, z.
+            unwound: (n, m) unwound lengths, m.
+            count: points of a cable, at least 2.
+
+        Returns:
+            (n, m, count, 3) m, world frame, at equal unstretched lengths. Straight for cables that do not sag.
+        """
+        from cdpr.cables.tables import line_rows, span_table
+        from cdpr.mechanics.curves import cable_curves
+
+        lines = line_rows(self.anchors, self.exits or [None] * len(self.cables))
+        poses = np.concatenate([position, orientation], axis=1)
+        return cable_curves(lines, span_table(self.spans), self.gravity, poses, unwound, count)
 
     def exit_lines(self, ends: Array) -> list[Array]:
         """Return lines (k, 3), m, that show the exits of cables with these ends (m, 2, 3)."""

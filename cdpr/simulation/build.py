@@ -17,15 +17,14 @@ import numpy as np
 from cdpr.base.columns import Column
 from cdpr.base.errors import CdprError, PluginError
 from cdpr.base.problems import Path, dotted, short_repr
-from cdpr.cables import COMMANDED, chain_of, commands_of, rubs, with_model
-from cdpr.cables.drums import emptied
+from cdpr.cables import COMMANDED, commands_of, rubs, with_model
 from cdpr.fmu.read.options import FmuFile
 from cdpr.link.options import PeerOptions
 from cdpr.mechanics.anchors import Anchors
-from cdpr.mechanics.kinematics import lengths
 from cdpr.model import Robot
+from cdpr.model.robot import Array
 from cdpr.plugins import Backend, Controller, Environment, TensionSolver
-from cdpr.plugins.controller import OUTPUTS, Output, stage_of_output
+from cdpr.plugins.controller import OUTPUTS, Output, listed, stage_of_output
 from cdpr.plugins.registry import Registered, Role
 from cdpr.scenario import Scenario
 from cdpr.scenario.needs import lacking, missing
@@ -36,7 +35,9 @@ from cdpr.simulation.loop_part import LoopPart
 from cdpr.simulation.loop_parts import loop_parts
 from cdpr.simulation.moving_anchors import moving_part
 from cdpr.simulation.parts import Parts
+from cdpr.simulation.resting_start import check_resting_start
 from cdpr.simulation.settings import Settings
+from cdpr.simulation.step_checks import Circumstances, check_step, empty_drum
 from cdpr.simulation.works import works_of
 from cdpr.trajectory import Trajectory
 
@@ -44,10 +45,6 @@ T = TypeVar("T")
 
 # Options of controllers that start a program or run native code when created: only a run may do that.
 STARTED = FmuFile, PeerOptions
-
-
-class StepTooLongError(CdprError):
-    """Reason why a physics step is too long for cables and winches."""
 
 
 @dataclass(frozen=True)
@@ -163,6 +160,7 @@ class _Checks:
         columns = self._try((), lambda: columns_of(scenario))
         if columns is not None:
             self._try((), lambda: works_of(scenario))
+        self._try(("initial", "equilibrium"), lambda: check_resting_start(scenario, chosen["controller"]))
         self._try(("robot", "winch"), lambda: check_drums(scenario))
         self._try(("simulation", "physics_step"), lambda: check_cables(scenario, chosen["backend"]))
         self.faults += [Fault(path, error) for path, error in out_of_range(scenario, chosen["backend"])]
@@ -273,17 +271,18 @@ def output_of(entry: Registered, controller: Controller, commands: Sequence[str]
         )
     stage = stage_of_output(declared, commands)
     if stage is None:
-        taken = " or ".join(f"a {each}" for each in dict.fromkeys(commands))
         raise PluginError(
-            f"controller '{name}' outputs a {declared} for each cable, but the winches of this robot take {taken}: "
-            "choose a controller with output wrench or tension, or change robot.winch.type"
+            f"controller '{name}' outputs a {declared} for each cable, but the winches of this robot take "
+            f"{listed(commands)}: choose a controller with output wrench or tension, or change robot.winch.type"
         )
     period_of(controller)
     return stage
 
 
-def check_cables(scenario: Scenario, backend: Registered) -> None:
+def check_cables(scenario: Scenario, backend: Registered, state: Array | None = None) -> None:
     """Reject a backend without support for the robot's winches, and a step at which they are unstable.
+
+    `state` (13,) contains the pose of the platform; default: the initial one.
 
     Raises:
         PluginError: if the backend does not support the cables.
@@ -301,31 +300,9 @@ def check_cables(scenario: Scenario, backend: Registered) -> None:
                 f"backend '{backend.info.name}' does not support {key} {model}: choose another backend, or "
                 f"set {key} to {COMMANDED}"
             )
-    from cdpr.mechanics.stability import known_drums, longest, oscillator, shortest_lag, stable
-
-    if step > 2.0 * (lag := shortest_lag(robot)):
-        raise CdprError(
-            f"simulation.physics_step {step:g} s is too long for a winch with the torque_lag {lag:g} s: expected at "
-            "most twice the lag; set torque_lag: 0, or a shorter step"
-        )
-    if not known_drums(robot) or _empty_drum(scenario):
-        return
-    about = oscillator(robot, scenario.initial.state(), scenario.gravity)
-    scheme = about.runge_kutta if declared.get("scheme") == "rk4" else about.semi_implicit
-    if not stable(scheme(step)):
-        limit = longest(scheme, step)
-        if not limit:
-            raise StepTooLongError(
-                f"no simulation.physics_step above 1e-9 s is stable for these cables and winches, on backend "
-                f"'{backend.info.name}': expected larger values of inertia, drum_radius and coulomb_speed of the "
-                "winches and friction_speed of the pulleys, or lower stiffness, damping, friction and gains"
-            )
-        raise StepTooLongError(
-            f"simulation.physics_step {step:g} s is too long for these cables and winches, and backend "
-            f"'{backend.info.name}' would diverge: at the initial pose they swing with up to {about.fastest:.4g} rad/s "
-            f"(step * omega = {step * about.fastest:.3g}), and damping, friction and gains require short steps, too; "
-            f"it is stable up to {limit:g} s"
-        )
+    pose = scenario.initial.state() if state is None else state
+    about = Circumstances(robot, pose, scenario.gravity, f"backend '{backend.info.name}'")
+    check_step(about, step, fourth_order=declared.get("scheme") == "rk4")
 
 
 def check_drums(scenario: Scenario) -> None:
@@ -334,15 +311,8 @@ def check_drums(scenario: Scenario) -> None:
     Raises:
         CdprError: if a drum is empty.
     """
-    if text := _empty_drum(scenario):
+    if scenario.actuators is None and (text := empty_drum(scenario.robot, scenario.initial.state())):
         raise CdprError(text)
-
-
-def _empty_drum(scenario: Scenario) -> str:
-    robot = scenario.robot
-    if scenario.actuators is not None or not any(chain_of(robot, cable).winch.states for cable in robot.cables):
-        return ""  # no drum acts on a cable
-    return emptied(robot, lengths(robot, scenario.initial.state()))
 
 
 def _model_key(i: int) -> str:

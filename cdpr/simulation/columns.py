@@ -9,7 +9,7 @@ import numpy as np
 
 from cdpr.base.columns import FIRST, GROUPS, Column, clash
 from cdpr.base.errors import PluginError
-from cdpr.cables import bends, has_steppers, rubs, takes_lengths, turns
+from cdpr.cables import bends, has_drums, has_steppers, rubs, takes_lengths
 from cdpr.log.layout import Layout, implied_columns
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend, Controller, TensionSolver
@@ -25,7 +25,7 @@ CONDITIONS: dict[str, Callable[[Scenario, Sequence[LoopPart]], bool]] = {
     "winched": lambda scenario, parts: not scenario.ideal_cables,
     "friction": lambda scenario, parts: rubs(scenario.robot),
     "drums": lambda scenario, parts: takes_lengths(scenario.robot),
-    "motors": lambda scenario, parts: scenario.actuators is None and turns(scenario.robot),
+    "motors": lambda scenario, parts: scenario.actuators is None and has_drums(scenario.robot),
     "steppers": lambda scenario, parts: has_steppers(scenario.robot),
     "unstretched": lambda scenario, parts: bends(scenario.robot) or takes_lengths(scenario.robot),
     "sagging": lambda scenario, parts: bends(scenario.robot),

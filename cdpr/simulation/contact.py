@@ -19,7 +19,11 @@ from cdpr.tension.operations import Operation
 
 
 def keeping_distance(
-    parts: Parts, events: Sequence[ScenarioEvent], guards: Sequence[ClearanceMonitor], state: Array
+    parts: Parts,
+    events: Sequence[ScenarioEvent],
+    guards: Sequence[ClearanceMonitor],
+    state: Array,
+    unwound: Array | None = None,
 ) -> list[Operation]:
     """Return an observer of each sample, which raises CollisionDetected.
 
@@ -28,19 +32,22 @@ def keeping_distance(
         events: events of the loop; broken cables are ignored.
         guards: guards that stop the run.
         state: (13,) state of the present sample, live.
+        unwound: (m,) unwound lengths of cables that sag [m], live; None if none sags.
     """
-    among = clearance(parts.robot, parts.obstacles)
+    among = clearance(parts.robot, parts.obstacles, gravity=parts.backend.gravity)
     gone = np.full(parts.robot.m, math.inf)
     for cable, time in broken(events, [cable.name for cable in parts.robot.cables], parts.control_step):
         gone[cable] = min(gone[cable], time)
-    return [_keeping(among, guard, gone, state[:7]) for guard in guards]
+    return [_keeping(among, guard, gone, state[:7], unwound) for guard in guards]
 
 
-def _keeping(among: Clearance, guard: ClearanceMonitor, gone: Array, pose: Array) -> Operation:
+def _keeping(among: Clearance, guard: ClearanceMonitor, gone: Array, pose: Array, unwound: Array | None) -> Operation:
     present = among.bodies.radius.copy()
+    curved = {} if unwound is None else {**among.sagging, "unwound": unwound}
     too_near = bind(
-        "too_near",
+        "sagging_too_near" if curved else "too_near",
         **among.bodies._asdict(),
+        **curved,
         pose=pose,
         gone=gone,
         present=present,
@@ -50,7 +57,7 @@ def _keeping(among: Clearance, guard: ClearanceMonitor, gone: Array, pose: Array
 
     def stop(_: int) -> None:
         here = among.without(np.flatnonzero(np.isinf(present)))
-        least, which = here.at(pose[None])
+        least, which = here.at(pose[None], unwound=None if unwound is None else unwound[None])
         allowed = f"at {guard.clearance:g} m" if guard.clearance else "where they touch"
         names, gap = among.name(int(which[0])), float(least[0])
         text = passing(names, gap) or f"the least clearance is {gap:.4g} m, of {names}"

@@ -8,35 +8,28 @@ present time, so that the saved session repeats the run.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping
-from itertools import count
-from typing import Any
+from collections.abc import Callable
 
 from cdpr.base.errors import CdprError
 from cdpr.base.problems import shown
 from cdpr.log.blocks import BLOCK
 from cdpr.log.run import Run
-from cdpr.model.arrays import checked
-from cdpr.scenario.events.loads import Wrench
-from cdpr.scenario.events.payload import Payload
-from cdpr.simulation.arguments import call, in_order
+from cdpr.simulation.arguments import call
 from cdpr.simulation.clock import Pacing, checked_speed
-from cdpr.simulation.requests import URGENT, CommandWarning, Level, Request, Requests, unknown
-from cdpr.simulation.session import acting_span
+from cdpr.simulation.requests import URGENT, CommandWarning, Request, Requests, unknown
+from cdpr.simulation.robot_requests import RobotRequests
 from cdpr.simulation.simulation import Simulation
 
 WAITS = 0.2  # s, longest time between two calls of `progress` while it waits or is paused
 REQUEST_TIME = 0.001  # s, time limit for requests while a slice is due; further requests wait
 SHARE = 0.05  # largest share of the time spent on such requests
-MOVE = 2.0  # s, default duration of a move to a target
 MOST_STEPS = 10_000  # per request
-NOT_SIMULATED = "not simulated: correct the errors and apply, or reset"
 INTERRUPTING = ("pause", "run", "reset", "load")  # requests that also end the remaining steps of a request, if next
 INTERRUPTED = "step: interrupted, {} steps remain"
 FORWARDED = ("cut", "jam")  # requests that are methods of the simulation
 
 
-class Driver:
+class Driver(RobotRequests):
     """Simulation that follows a clock and executes requests between two control steps.
 
     Only one thread, that of the simulation, calls its methods. Others put requests into the queue.
@@ -53,7 +46,6 @@ class Driver:
         clock: clock of the queue.
         pacing: simulated time that is due.
         paused: True if no time becomes due.
-        pushes: wrenches and attached bodies added by requests, by number.
     """
 
     def __init__(
@@ -65,13 +57,13 @@ class Driver:
         slice_steps: int = 1,
         most: int = BLOCK,
     ) -> None:
+        super().__init__()
         self.requests = Requests() if requests is None else requests
         self.clock = self.requests.clock
         self.pacing = Pacing(self.clock, checked_speed(speed))
         self.paused = False
         self.slice_steps, self.most = slice_steps, most
         self._late_from = -math.inf  # time of the clock from which late requests are processed
-        self._numbers = count(1)
         self._remaining = 0  # steps of the request that is answered after them
         self._stepping: Request | None = None  # that request
         self.attach(simulation)
@@ -79,25 +71,10 @@ class Driver:
     def attach(self, simulation: Simulation | None) -> None:
         """Drive another simulation, or none."""
         self.end_steps()
-        self._simulation = simulation
-        self.pushes: dict[int, Wrench | Payload] = {}
-        self._wrench: Wrench | None = None
-        self._tension: list[float] | None = None
-        self._target_warned = False  # if the last target was doubtful
+        self.act_on(simulation)
         if simulation is not None:
             self.pacing.slice = self.slice_steps * simulation.scenario.simulation.control_step
             self.pacing.start(simulation.time)
-
-    @property
-    def simulation(self) -> Simulation:
-        """Return the simulation.
-
-        Raises:
-            CdprError: if there is none.
-        """
-        if self._simulation is None:
-            raise CdprError(NOT_SIMULATED)
-        return self._simulation
 
     @property
     def accepting(self) -> bool:
@@ -180,13 +157,8 @@ class Driver:
         return n
 
     def step(self, n: int) -> None:
-        """Simulate n control steps, or those that remain, with the requested tensions, if any, until a stop."""
-        simulation = self.simulation
-        if self._tension is not None and (left := simulation.steps_before_stop) < n:
-            if left:
-                simulation.step(int(left), tension=self._tension)
-            self._tension, n = None, n - int(left)
-        simulation.step(n, tension=self._tension)
+        """Simulate n control steps, or those that remain, with the requested commands, if any."""
+        self.manual.step(n)
 
     def _step_portion(self, n: int) -> None:
         """Simulate n of the requested steps; if they are the last, answer the request."""
@@ -267,26 +239,10 @@ class Driver:
     def steps_done(self) -> None:
         """Show the newest sample after requested steps."""
 
-    def changed(self, parameters: Mapping[str, Any]) -> None:
-        """Show changed parameters."""
-
-    def report(self, request: Request, level: Level, text: str) -> None:
-        """Report the result of a request."""
-        if request.reply is not None:
-            request.reply(level, text)
-
     def check_unfinished(self) -> None:
         """Raise CdprError if no step is left."""
         if self.simulation.done:
             raise CdprError("the run is over: reset it to run it again")
-
-    def acting(self) -> Iterator[tuple[int, Wrench | Payload]]:
-        """Yield the pushes and bodies that can be released, with their numbers."""
-        simulation = self.simulation
-        for key, push in self.pushes.items():
-            span = acting_span(push, simulation.scenario.simulation.control_step)
-            if span is not None and span.end > simulation.samples and not simulation.done:
-                yield key, push
 
     def request_pause(self, paused: bool = True) -> None:
         """Pause or resume."""
@@ -311,84 +267,6 @@ class Driver:
         speed = checked_speed(value)
         self.pacing.change(speed, 0.0 if self._simulation is None else self._simulation.time)
         self.changed({"speed": speed})
-
-    def request_target(
-        self, position: Any = None, orientation: Any = None, rpy: Any = None, duration: Any = None
-    ) -> Any:
-        """Move the desired pose to a target, as `Simulation.target`; the first doubtful target causes a warning."""
-        simulation, attitude = self.simulation, orientation if rpy is None else {"rpy": rpy}
-        simulation.target(position, attitude, duration=MOVE if duration is None else duration)
-        doubts, warned = simulation.scenario.doubts(simulation.events), self._target_warned
-        self._target_warned = bool(doubts)
-        return CommandWarning(f"target: {'; '.join(doubts)}") if doubts and not warned else None
-
-    def request_push(self, force: Any = (0.0,) * 3, moment: Any = (0.0,) * 3, duration: float | None = None) -> None:
-        """Add a wrench, N and N m."""
-        self.pushes[next(self._numbers)] = self.simulation.push(force, moment, duration=duration)
-
-    def request_attach(
-        self,
-        mass: float,
-        center: Any = (0.0,) * 3,
-        inertia: Any = (0.0,) * 6,
-        duration: float | None = None,
-        known: bool = False,
-    ) -> None:
-        """Attach a rigid body to the platform, as `Simulation.attach`."""
-        body = self.simulation.attach(mass, center, inertia, duration=duration, known=known)
-        self.pushes[next(self._numbers)] = body
-
-    def request_release(self, id: int) -> None:
-        """End a push or detach a body, given by its number."""
-        push = next((push for key, push in self.acting() if key == id), None)
-        if push is None:
-            raise CdprError("release: that push has ended, or that body is released")
-        self.simulation.release(push)
-        del self.pushes[id]
-
-    def request_wrench(self, force: list[float], moment: list[float]) -> None:
-        """Apply this wrench from now on instead of the previous one of such a request; zero ends it."""
-        before, simulation = self._wrench, self.simulation
-        force, moment = (
-            checked(values, (3,), f"wrench: {name}", finite=True).tolist()
-            for name, values in (("force", force), ("moment", moment))
-        )
-        if before is not None and (list(before.force), list(before.moment)) == (force, moment):
-            return
-        keys = {"force": force, "moment": moment}
-        wrench = simulation._do("wrench", Wrench, keys) if any(force + moment) else None
-        if before is not None:
-            simulation.release(before)
-        self._wrench = wrench
-
-    def request_tension(self, tension: list[float], names: list[str] | None = None) -> None:
-        """Command these tensions, N, from now on; an empty list returns control to the controller.
-
-        The order is that of the cables, or of `names`.
-        """
-        simulation = self.simulation
-        if not tension:
-            self._tension = None
-            return
-        if not simulation.steps_before_stop:
-            raise CdprError("tension: the robot is stopped")
-        if names:
-            tension = in_order(tension, names, [cable.name for cable in simulation.scenario.robot.cables])
-        checked(tension, (simulation.scenario.robot.m,), "tension", finite=True)  # refuse invalid values immediately
-        self._tension = tension
-
-    def request_stop(self, category: int | None = None, stopping_time: float | None = None) -> None:
-        """Stop the robot, as `Simulation.stop`; requested tensions end, and further ones are rejected."""
-        self.simulation.stop(category, stopping_time=stopping_time)
-
-    def request_limits(self, tension_min: float | None = None, tension_max: float | None = None) -> None:
-        """Change the tension limits of all cables, N."""
-        self.simulation.limits(tension_min, tension_max)
-
-    def request_set(self, key: str, value: Any) -> None:
-        """Set an option of the controller or solver."""
-        self.simulation.set(key, value)
-        self.changed({key: value})
 
     def request_reset(self) -> None:
         """Restart the simulation; requires a run without log. It stays paused or continues, as before."""

@@ -33,7 +33,7 @@ inline int apply_drives(ImperfectDrives& p, double time) {
         const double* const own = p.imperfection + 4 * i;
         const double resolution = own[1], most = own[2], half = own[3];
         const bool rate = p.takes[i] == RATE_COMMAND;
-        const double given = resolution > 0.0 ? resolution * rounded(p.command[i] / resolution) : p.command[i];
+        const double given = resolution > 0.0 ? nearest_multiple(p.command[i], resolution) : p.command[i];
         if (first) {
             const double before = rate ? 0.0 : given;
             for (int64_t j = 0; j < p.k; j++) p.line[j * p.m + i] = before;

@@ -88,7 +88,7 @@ def start_events(first: Array, header: Header, parts: Parts) -> list[Event]:
         return []
     text = (
         f"the cables do not hold the platform at the start: {left:.4g} N of {needed:.4g} N are not balanced, and it "
-        "moves until they are; start with cables under tension, or at a pose of rest (cdpr equilibrium)"
+        "moves until they are; start with cables under tension, or at rest (initial.equilibrium)"
     )
     return [Event(0.0, "start", text)]
 

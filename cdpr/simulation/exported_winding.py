@@ -8,11 +8,12 @@ import numpy as np
 
 from cdpr.base.errors import CdprError
 from cdpr.cables.tables import command_kinds, line_table
-from cdpr.mechanics.dynamics import required_wrench
+from cdpr.mechanics.attachments import with_attachments
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.plugins.registry import registry
 from cdpr.scenario import Scenario
+from cdpr.simulation.winding import hold_weight
 from cdpr.tension.current_sample import Present
 from cdpr.tension.stage import StageSolver, TensionStage
 from cdpr.tension.winch_command import chains_of_map
@@ -53,7 +54,10 @@ class ExportedWinding:
 
 
 def holding_tensions(scenario: Scenario) -> Array:
-    """Return the tensions (m,), N, by which the scenario's solver holds the platform at rest at its initial pose."""
+    """Return the tensions (m,), N, by which the scenario's solver holds the platform at rest at its initial pose.
+
+    Bodies that events attach at the start are included.
+    """
     nominal, robot = scenario.nominal or scenario.robot, scenario.controlled_robot
     gravity = np.array(scenario.world.gravity, dtype=np.float64)
     live = Present.of(robot.m)
@@ -70,8 +74,10 @@ def holding_tensions(scenario: Scenario) -> Array:
         length=np.zeros(robot.m),
         rate=np.zeros(robot.m),
     )()
-    live.wrench[:] = required_wrench(scenario.robot, state, gravity)
-    stage.distribute()
+    step = scenario.simulation.control_step
+    spans = (event.attachment(step) for event in scenario.events)
+    attached = [span.body for span in spans if span is not None and span.first == 0 < span.end]
+    hold_weight(stage, live, with_attachments(scenario.robot, attached), state[:7], gravity)
     return live.tension.copy()
 
 

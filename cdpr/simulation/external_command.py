@@ -15,7 +15,7 @@ from cdpr.cables import commands_of
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
-from cdpr.plugins.controller import Output, stage_of_output
+from cdpr.plugins.controller import Output, listed, stage_of_output
 from cdpr.scenario.events import end_of_commands
 from cdpr.scenario.events.commands import Kind
 from cdpr.simulation.parts import Parts
@@ -212,10 +212,9 @@ class ExternalCommands:
         takes = commands_of(self._loop.parts.robot)
         output = stage_of_output(kind, takes)
         if output is None:
-            taken = " or ".join(f"a {each}" for each in dict.fromkeys(takes))
             raise CdprError(
-                f"{kind}: the winches of this robot take {taken}: give a wrench, tensions, or `command`, which is the "
-                "quantity that each winch takes"
+                f"{kind}: the winches of this robot take {listed(takes)}: give a wrench, tensions, or `command`, "
+                "which is the quantity that each winch takes"
             )
         if output == self._loop.parts.output:
             return self._loop.stage

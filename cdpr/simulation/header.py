@@ -10,7 +10,7 @@ from importlib.metadata import PackageNotFoundError, version
 import numpy as np
 
 from cdpr.base.version import VERSION
-from cdpr.cables import exits_of
+from cdpr.cables import exits_of, spans_of
 from cdpr.log.header import Header
 from cdpr.mechanics.reach import bounds_of
 from cdpr.model import rotations
@@ -67,6 +67,7 @@ def make_header(scenario: Scenario) -> Header:
         broken=broken(scenario.events, [cable.name for cable in robot.cables], simulation.control_step),
         limit_changes=limit_changes(scenario.events, robot, simulation.control_step),
         exits=exits_of(robot),
+        spans=spans_of(robot),
         columns=listed(scenario),
         frame=tuple(tuple(row) for row in robot.frame.edges.tolist()) if robot.frame else (),
         colours=robot.colours,

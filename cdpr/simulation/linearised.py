@@ -32,12 +32,15 @@ from cdpr.tension.status import Status
 OWN = "cdpr"  # distribution of the built-in plugins
 EULER, RK4 = "semi_implicit_euler", "rk4"
 
-# Differences, relative to the scale of each coordinate: with a step and half of it, extrapolated. A step is reduced
-# until both agree, because cables that become slack and friction limit the range in which the loop is linear.
-STEP = 1e-4
+# Differences, relative to the scale of each coordinate: with a step, half and a quarter of it, extrapolated. A step is
+# reduced until these agree, because cables that become slack and friction limit the range in which the loop is linear.
+STEP = 1e-5
 LEAST = 1e-9
+CENTRAL = 1e-6  # difference of the plant alone, whose poles are only compared with limits
+ROUGH, ONE_SIDED = 3, 1e-6  # first derivatives in the search for rest, and their one-sided differences
 ROUND_OFF = 1e-15  # of a difference
 AGREE = 1e-8  # of two differences, relative to the derivative, and to 1 if that is larger
+EXTRAPOLATED = 1e-6  # likewise, of two extrapolated differences: a third one, of both, has far smaller errors
 SMOOTH = 1e-3  # likewise; above it the map has no derivative
 CORNER = 1e-5  # difference of the derivatives to both sides, likewise; smaller ones are curvature
 REST = 1e-9  # change in a period at rest, relative to the scales
@@ -167,7 +170,8 @@ class _Period:
             raise NotLinearisedError(f"the states of the controller '{scenario.controller.type}' are not known")
         own_arrays = (*parts.controller.arrays, *(each for part in parts.more for each in part.arrays))  # type: ignore[attr-defined]
         self._memory = [array.reshape(-1) for array in own_arrays]
-        self._calls, self._used = loop.calls.period, STEP
+        self._calls = loop.calls.period
+        self._used: dict[str, float] = {}  # steps of differences, by the name of the coordinate
         self._pose = scenario.initial.state()[:7]
         loop.begin(np.zeros((BLOCK, len(loop.row))), BLOCK)
         self._advance()
@@ -188,6 +192,10 @@ class _Period:
         self.scale = np.concatenate([pose[[*robot.rows]], pose[[*robot.rows]] / self._period, states, *memory])
         self.names = (*robot.dof, *(f"{name}'" for name in robot.dof), *kinds, *["controller"] * own)
         self._plant = len(self._free) + len(states)
+        self._motion, self._start = np.zeros(12), np.zeros(13)  # work space
+        ends = np.cumsum([len(self._free), *map(len, (states, *self._memory))]).tolist()
+        spans = map(slice, ends[:-1], ends[1:])
+        self._others = [each for each in zip(spans, (self._winch, *self._memory), strict=True) if len(each[1])]
 
     def _winch_coordinates(self, size: float) -> tuple[Array, list[str]]:
         """Return scales and names of the states of the winches; `size` is that of the cables, m."""
@@ -208,7 +216,7 @@ class _Period:
 
     def linearised(self, response: bool) -> Linearised:
         """Find the state of rest, and linearise about it."""
-        x, A, before = self._state() / self.scale, np.zeros((0, 0)), np.inf
+        x, A, before, rough = self._state() / self.scale, np.zeros((0, 0)), np.inf, ROUGH
         for _ in range(ITERATIONS):
             here = self._after(x)
             moved = here - x
@@ -216,7 +224,11 @@ class _Period:
             if now <= REST:
                 break
             if now > 0.1 * before or not len(A):  # a derivative serves several iterations
-                A, _ = self._derivative(self._after, x, here)
+                rough -= 1
+                if rough >= 0:
+                    A = np.array([self._after(x + side) - here for side in ONE_SIDED * np.eye(len(x))]).T / ONE_SIDED
+                else:
+                    A, _ = self._derivative(self._after, x, here)
             before = now
             change = np.linalg.lstsq(np.eye(len(x)) - A, moved, rcond=1e-9)[0]
             n = self._robot.n
@@ -232,15 +244,15 @@ class _Period:
             B, _ = self._derivative(lambda w: self._after(x, w), none, here)
         plant, count = np.zeros((0, 0)), self._plant
         if self._winches is not None:
-            after = self._after_plant(x)
-            plant, _ = self._derivative(lambda p: self._after_plant(np.append(p, x[count:])), x[:count], after)
+            sides = [self._slope(self._after_plant, x, here[:count], j, CENTRAL)[0] for j in range(count)]
+            plant = np.array(sides).reshape(-1, count).T
         rest = x * self.scale
         rest[: self._robot.n] -= np.concatenate([self._pose[:3], np.zeros(3)])[list(self._robot.rows)]
         period, step = self._period, self._step
         # a memory that the loop never changes, such as an integral with the gain 0, is no mode
         own = [j for j, name in enumerate(self.names) if name in ("servo", "controller")]
         constant = [j for j in own if not corners[j].any() and np.allclose(A[j], np.eye(len(x))[j], 0.0, AGREE)]
-        kept = np.setdiff1d(np.arange(len(x)), constant)
+        kept = np.array([j for j in range(len(x)) if j not in constant], dtype=int)
         both, first = np.ix_(kept, kept), kept[kept < len(plant)]
         names = tuple(self.names[j] for j in kept)
         plant = plant[np.ix_(first, first)]
@@ -256,6 +268,7 @@ class _Period:
         Raises:
             NotLinearisedError: if there is none.
         """
+        self._used = {name: min(STEP, 10.0 * used) for name, used in self._used.items()}
         columns = [self._column(function, x, here, j) for j in range(len(x))]
         slopes, corners = (np.array(each).reshape(len(x), len(here)).T for each in zip(*columns, strict=True))
         return slopes, corners
@@ -263,37 +276,36 @@ class _Period:
     def _column(self, function: Any, x: Array, here: Array, j: int) -> tuple[Array, Array]:
         """Return the mean derivative by coordinate j, and half the difference of those to both sides."""
         best, found, corner = np.inf, here, here
-        used = step = min(STEP, 10.0 * self._used)  # the ranges of neighbours are similar
+        used = step = self._used.get(self.names[j], STEP)  # the ranges of equal parts are similar
         while step >= LEAST:
-            up, down = self._sides(function, x, j, step)
-            near, far = self._sides(function, x, j, 0.5 * step)
-            whole, half = (up - down) / (2.0 * step), (near - far) / step
+            (whole, bend), (half, half_bend) = (self._slope(function, x, here, j, part * step) for part in (1.0, 0.5))
             size = max(1.0, float(np.abs(half).max()))
-            apart = float(np.abs(whole - half).max()) / size
+            slope, apart, enough = (4.0 * half - whole) / 3.0, float(np.abs(whole - half).max()) / size, AGREE
+            if apart > AGREE:  # extrapolate once more
+                enough = EXTRAPOLATED
+                finer = (4.0 * self._slope(function, x, here, j, 0.25 * step)[0] - half) / 3.0
+                slope, apart = (16.0 * finer - slope) / 15.0, float(np.abs(finer - slope).max()) / size
             if apart + ROUND_OFF / step < best:
-                best, used, found = apart + ROUND_OFF / step, step, (4.0 * half - whole) / 3.0
-                corner = (up + down - 2.0 * here) / step
-            if apart <= AGREE:
+                best, used, found = apart + ROUND_OFF / step, step, slope
+                corner = 2.0 * half_bend - bend  # without curvature, which halves with the step
+            if apart <= enough:
                 break
             step *= 0.1
-        self._used = used
+        self._used[self.names[j]] = used
         if best > SMOOTH:
             raise NotLinearisedError(
                 "the loop is not linear at rest: a cable becomes slack there, a limit is reached, or friction or a "
                 "resolution acts"
             )
-        if np.abs(corner).max() > CORNER * size:  # or a curve, which vanishes with the step
-            step = max(0.01 * used, LEAST)
-            up, down = self._sides(function, x, j, step)
-            corner = (up + down - 2.0 * here) / step
         return found, np.where(np.abs(corner) > CORNER * size, 0.5 * corner, 0.0)
 
     @staticmethod
-    def _sides(function: Any, x: Array, j: int, step: float) -> tuple[Array, Array]:
-        """Return the function before and behind x, along coordinate j."""
+    def _slope(function: Any, x: Array, here: Array, j: int, step: float) -> tuple[Array, Array]:
+        """Return the mean derivative along coordinate j, and the difference of those to both sides."""
         unit = np.zeros(len(x))
         unit[j] = step
-        return function(x + unit), function(x - unit)
+        up, down = function(x + unit), function(x - unit)
+        return (up - down) / (2.0 * step), (up + down - 2.0 * here) / step
 
     def _after(self, x: Array, shift: Array | None = None) -> Array:
         """Return the state after a period, in the scales; `shift` (n,) is that of the desired pose."""
@@ -319,23 +331,27 @@ class _Period:
             self._loop.advance()
 
     def _state(self) -> Array:
-        state = self._backend.state
-        motion = np.concatenate([state[:3], _rotation_vector(state[3:7] @ self._turned), state[7:]])
-        return np.concatenate([motion[self._free], self._winch, *self._memory])
+        state, motion, found = self._backend.state, self._motion, np.empty(len(self.scale))
+        motion[:3], motion[6:] = state[:3], state[7:]
+        motion[3:6] = _rotation_vector(state[3:7] @ self._turned)
+        motion.take(self._free, out=found[: len(self._free)], mode="clip")
+        for span, array in self._others:
+            found[span] = array
+        return found
 
     def _put(self, x: Array) -> None:
         """Set the state of the loop; all else is as after the first period."""
-        motion = np.concatenate([self._pose[:3], np.zeros(9)])
+        motion, state = self._motion, self._start
+        motion[:3], motion[3:] = self._pose[:3], 0.0
         motion[self._free] = x[: len(self._free)]
-        attitude = self._turned @ _turn(motion[3:6])
-        self._backend.reset(np.concatenate([motion[:3], attitude, motion[6:]]))
+        state[:3], state[7:] = motion[:3], motion[6:]
+        np.dot(self._turned, _turn(motion[3:6]), out=state[3:7])
+        self._backend.reset(state)
         for copy, array in self._kept:
             array[:] = copy
         self._loop.pipeline.place = self._place
-        at = len(self._free)
-        for array in (self._winch, *self._memory):
-            array[:] = x[at : at + len(array)]
-            at += len(array)
+        for span, array in self._others:
+            array[:] = x[span]
 
     def _check_status(self) -> None:
         self._loop.decide()

@@ -85,8 +85,7 @@ class Loop:
         about = parts.control_step, parts.robot, self.stage, loads, parts.settings, attached, locked, present.drive
         self.schedule = Schedule(parts.events, *about, self.winding.brakes)
         self._memory = Memory(parts, present, self.stage, self.schedule, self.calls)
-        # Operations that observe the plant, and the first such: made once, because the geometry of pulleys is
-        # expensive.
+        # Operations that observe the plant, and the first such: made once, as the geometry of pulleys is expensive.
         self._looking, self._looking_first = (present.observing(h, self._check) for h in (parts.control_step, 0.0))
         self._plan()
 
@@ -101,9 +100,7 @@ class Loop:
         return self.pipeline.time
 
     def warm_up(self, start: Array) -> None:
-        """Call every part once and reset all of them to `start` (13,).
-
-        Costs of first calls, such as loading files, then do not count as run time.
+        """Call every part once, so that costs of first calls do not count as run time; then reset all to `start` (13,).
 
         Raises:
             PluginError: if controller or solver writes nothing.
@@ -126,6 +123,10 @@ class Loop:
             raise  # it would only die again, or hang as long again
         except SimulationStopped:
             pass  # the run itself reports this at its time
+        self.reset(start)
+
+    def reset(self, start: Array) -> None:
+        """Reset all parts, the plant to the state `start` (13,)."""
         self.row[:] = 0.0
         self.row[self.layout.added] = np.nan  # until a part writes
         self._memory.reset(start)

@@ -10,13 +10,30 @@ import numpy as np
 
 from cdpr.base.errors import CdprError
 from cdpr.base.problems import Path
+from cdpr.cables import rubs
+from cdpr.mechanics.kinematics import lengths
+from cdpr.mechanics.stability import exit_slopes
 from cdpr.model.robot import Array
 from cdpr.scenario import Scenario
-from cdpr.simulation.build import StepTooLongError
+from cdpr.simulation.build import check_cables
+from cdpr.simulation.columns import chosen_plugins
 from cdpr.simulation.linearised import linearise
-from cdpr.simulation.poles import STABLE, UNDAMPED, UNDECIDED, UNSTABLE, pole_text, poles, sampling, verdict
+from cdpr.simulation.poles import (
+    PHYSICS_STEP,
+    STABLE,
+    UNDAMPED,
+    UNDECIDED,
+    UNSTABLE,
+    pole_text,
+    poles,
+    sampling,
+    verdict,
+)
+from cdpr.simulation.step_checks import StepTooLongError
 
 NOT_COMPUTED = "not computed: "  # begin of a reason why there is no verdict
+STEP, INITIAL = "simulation.physics_step ", "at the initial pose"  # in errors of the build
+SAMPLES = 65  # poses along the motion
 HALVINGS = 6  # of a bandwidth, in trials of remedies
 GROWN = math.log(10.0)
 
@@ -31,15 +48,15 @@ def loop_problems(scenario: Scenario) -> tuple[str, list[tuple[Path, str]]]:
 
     The verdict is the worse of both of `cdpr.simulation.poles.verdict`, or the reason why there is none.
     """
-    found: dict[Path, str] = {}
+    found = dict(_steps_along_motion(scenario))
     known = STABLE
     for where, pose in rest_poses(scenario).items():
         try:
             loop = linearise(scenario, pose)
         except CdprError as error:
-            reason = str(error).replace("at the initial pose", f"at the {where}")  # at which the loop was built
+            reason = str(error).replace(INITIAL, f"at the {where}")  # at which the loop was built
             if isinstance(error, StepTooLongError):  # only at this pose, or the scenario is rejected
-                found["simulation", "physics_step"] = reason.removeprefix("simulation.physics_step ")
+                found[PHYSICS_STEP] = reason.removeprefix(STEP)
             return f"{NOT_COMPUTED}{reason}", list(found.items())
         here = verdict(loop)
         known = max(known, here, key=WORSE.index)
@@ -54,6 +71,28 @@ def loop_problems(scenario: Scenario) -> tuple[str, list[tuple[Path, str]]]:
         if here == UNSTABLE:
             break
     return known, list(found.items())
+
+
+def _steps_along_motion(scenario: Scenario) -> Iterator[tuple[Path, str]]:
+    """Yield a warning if the physics step is too long at a later pose of the motion.
+
+    Two poses are checked: those with the shortest cable, which is the stiffest, and with the most friction on pulleys.
+    """
+    if scenario.immediate_cables or scenario.actuators is not None:
+        return
+    robot = scenario.robot
+    times = np.linspace(0.0, scenario.simulation.duration, SAMPLES).tolist()
+    states = [scenario.desired.sample(time)[:13] for time in times]
+    least = [int(np.argmin([lengths(robot, state).min() for state in states]))]
+    if rubs(robot):
+        least.append(int(np.argmax([exit_slopes(robot, state).max() for state in states])))
+    for k in sorted(set(least)):
+        try:
+            check_cables(scenario, chosen_plugins(scenario)["backend"], states[k])
+        except StepTooLongError as error:
+            text = str(error).replace(INITIAL, f"at {times[k]:.4g} s of the motion").replace("would", "may")
+            yield PHYSICS_STEP, text.removeprefix(STEP)
+            return
 
 
 def rest_poses(scenario: Scenario) -> dict[str, Array]:

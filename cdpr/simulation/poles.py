@@ -15,10 +15,13 @@ import numpy as np
 
 from cdpr.base.errors import CdprError
 from cdpr.base.problems import Path
+from cdpr.mechanics.limiting_part import limiting_part
+from cdpr.mechanics.stability import oscillator, supports_oscillator
 from cdpr.model.robot import Array
 from cdpr.scenario import Scenario
 from cdpr.simulation.columns import chosen_plugins
 from cdpr.simulation.linearised import Linearised, linearise
+from cdpr.simulation.resting_start import has_feedback
 
 # Multiple eigenvalues, as those of critical damping, are known only to the root of the error of the derivatives.
 RESOLVED = 1e-5  # of |z|: smaller growth and decay are not resolved
@@ -189,7 +192,7 @@ def sampling(loop: Linearised, scenario: Scenario) -> list[tuple[Path, str]]:
     modes = [] if _delayed(scenario) else poles(loop)
     fast = [pole for pole in modes if abs(pole.z) > LASTS and pole.value.imag > 0.0]
     inside = plant_poles(loop)
-    if _feedback(scenario):
+    if has_feedback(chosen_plugins(scenario)["controller"]):
         ringing = max(fast, key=lambda pole: pole.value.imag).value if fast else 0j
         hidden = max((s for s in inside if s.real * step > math.log(LASTS)), key=lambda s: s.imag, default=0j)
         if hidden.imag * step > math.pi:  # a loop sees it at a lower frequency
@@ -197,9 +200,10 @@ def sampling(loop: Linearised, scenario: Scenario) -> list[tuple[Path, str]]:
         else:
             often, remedy, seen = f"only {2 * math.pi / (ringing.imag * step or 1.0):.2g} times", "lower gains", ringing
         if seen.imag * step > 2.0 * math.pi / FEWEST:
+            limited = "" if scenario.ideal_cables else _limiting(scenario, step)
             text = (
                 f"{step:g} s samples a vibration of {seen.imag / (2.0 * math.pi):.4g} Hz ({pole_text(seen)}) {often} "
-                f"in a period: expected at most {2.0 * math.pi / FEWEST / seen.imag:.2g} s, or {remedy}"
+                f"in a period: expected at most {2.0 * math.pi / FEWEST / seen.imag:.2g} s, or {remedy}{limited}"
             )
             found.append((CONTROL_STEP, text))
     quickest = max(inside, key=abs, default=0.0)
@@ -207,14 +211,20 @@ def sampling(loop: Linearised, scenario: Scenario) -> list[tuple[Path, str]]:
         text = (
             f"{loop.physics_step:g} s does not resolve the fastest motion of winches and cables "
             f"({pole_text(quickest)}): expected at most {1.0 / abs(quickest):.2g} s, or lower gains of the servos"
+            f"{_limiting(scenario, loop.physics_step)}"
         )
         found.append((PHYSICS_STEP, text))
     return found
 
 
-def _feedback(scenario: Scenario) -> bool:
-    """Return False if the controller declares that it does not use the state."""
-    return bool(chosen_plugins(scenario)["controller"].info.properties.get("feedback", True))
+def _limiting(scenario: Scenario, step: float) -> str:
+    """Return the part that limits a step [s], for the end of a message; "" if it is unknown."""
+    robot = scenario.robot
+    if not supports_oscillator(robot):
+        return ""
+    about = oscillator(robot, scenario.initial.state(), scenario.gravity)
+    part = limiting_part(robot, about.M, about.parts, step)
+    return part and f"; {part}"
 
 
 def _delayed(scenario: Scenario) -> bool:

@@ -23,6 +23,7 @@ from cdpr.base.errors import (
     SolverFailed,
     one_line,
 )
+from cdpr.log.clearance_rows import add_rows
 from cdpr.log.event import Event
 from cdpr.log.header import Header
 from cdpr.log.lost_steps import LostSteps, lost_steps
@@ -43,6 +44,7 @@ from cdpr.simulation.events import contact_events, limit_events, marks, schedule
 from cdpr.simulation.loop import Loop
 from cdpr.simulation.loop_part import LoopPart
 from cdpr.simulation.parts import Parts
+from cdpr.simulation.resting_start import warm_up
 from cdpr.simulation.session import Session
 from cdpr.simulation.works import with_live_events
 
@@ -89,7 +91,7 @@ class Runner:
         """Build and warm up; return the loop and the recorder."""
         self.parts = build(self.scenario)
         self.loop = Loop(self.parts, self.session.record)
-        self.loop.warm_up(self.scenario.initial.state())
+        warm_up(self.loop, self.scenario)
         folder = None if self.folder is None else self.folder.path
         marked = marks(self.scenario.events, self.header.control_step)
         self.recorder = Recorder(self.header, self.scenario.simulation.steps, folder, marked, self._watching)
@@ -299,8 +301,7 @@ class Runner:
             return self.recorder.tally.closest
         closest = self._watching()
         if closest is not None:
-            table = np.asarray(rows)
-            closest.add(table[:, 0], table[:, self.header.layout.span("position", "orientation")])
+            add_rows(closest, self.header.layout, np.asarray(rows))
         return closest
 
     def _watching(self) -> Closest | None:
@@ -313,7 +314,8 @@ class Runner:
 
         assert self.parts is not None
         levels = [Level(one.clearance, one.after) for _, one in guarding(self.parts.events, self.header.control_step)]
-        return Closest(clearance(robot, self.scenario.obstacles), self.header.broken, levels)
+        among = clearance(robot, self.scenario.obstacles, gravity=self.header.gravity)
+        return Closest(among, self.header.broken, levels)
 
 
 def _origin(error: BaseException, scenario: Scenario) -> str:

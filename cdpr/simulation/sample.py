@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from cdpr.base.errors import Diverged, LimitViolation, PluginError
-from cdpr.cables import bends
+from cdpr.cables import bends, commands_of
 from cdpr.cables.drums import emptied
 from cdpr.log.layout import Layout
 from cdpr.log.limit_violations import beyond
@@ -165,7 +165,8 @@ class Sample:
         if guards:
             from cdpr.simulation.contact import keeping_distance  # few scenarios need this import
 
-            operations += keeping_distance(self._parts, events, guards, self.state)
+            unwound = self.view("unstretched_length") if self.layout.has("sagging") else None
+            operations += keeping_distance(self._parts, events, guards, self.state, unwound)
         return operations
 
     def _reading(self) -> tuple[list[Operation], list[Operation]]:
@@ -223,8 +224,23 @@ class Sample:
                 raise Diverged(text)
         if self.layout.has("motors") and (text := emptied(robot, self.view("length"))):
             raise Diverged(text)
+        if self.layout.has("drums") and (text := self._nothing_unwound()):
+            raise Diverged(text)
         values = ", ".join(f"{value:.4g}" for value in self.view("cable_tension"))
         raise Diverged(f"the backend's cable tensions are not finite: [{values}]")
+
+    def _nothing_unwound(self) -> str:
+        """Return a message on the first cable without an unwound length; "" if all have one."""
+        robot = self._parts.robot
+        applied = self.view("drive_command") if self.layout.has("driven") else self.view("winch_command")
+        lengths = np.array([each == "length" for each in commands_of(robot)])
+        unwound = np.where(lengths & ~(applied > 0.0), applied, self.view("unstretched_length"))
+        for i in np.flatnonzero(unwound <= 0.0)[:1].tolist():
+            return (
+                f"cable '{robot.cables[i].name}': its unwound length is {unwound[i]:.4g} m, expected more than 0: "
+                "check the commands, and the resolution and steps of its drive"
+            )
+        return ""
 
     def _exerting(self) -> list[Operation]:
         """Return the operation that writes the true wrench of the cables and the margins to the true limits."""

@@ -9,8 +9,6 @@
 
 namespace cdpr::CDPR_TARGET {
 
-constexpr double MANY = 1e15;  // steps of lengths that doubles resolve
-
 struct StepDrives {
     const double* chains;   // (m, 33), chain.hpp
     const double* unwound;  // (m), m, of the plant; NaN before its start
@@ -77,8 +75,7 @@ inline int issue_steps(StepIssue& p) {
             continue;
         }
         const StepperNumbers<double> numbers = drives.numbers(i);
-        const double step = radius * numbers.microstep(), steps = p.command[i] / step;
-        const double target = (absolute(steps) < MANY ? rounded(steps) : steps) * step;
+        const double target = nearest_multiple(p.command[i], radius * numbers.microstep());
         if (!drives.started(i)) {
             drives.counted[i] = drives.issued[i] = p.drive[i] = target;
             drives.lost[i] = 0.0;

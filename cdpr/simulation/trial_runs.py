@@ -8,12 +8,10 @@ from time import process_time
 
 import numpy as np
 
-from cdpr.base import defaults
 from cdpr.base.errors import CdprError, Interrupted, SimulationStopped
 from cdpr.log.run import Run
 from cdpr.model import Robot
 from cdpr.model.robot import Array
-from cdpr.plugins.registry import registry
 from cdpr.scenario import Scenario, load_scenario
 from cdpr.scenario.template import Sizes, scenario_text
 from cdpr.simulation.build import faults
@@ -21,6 +19,7 @@ from cdpr.simulation.linearised import NotLinearisedError, decay_rate
 from cdpr.simulation.whole_run import simulate
 
 HALVINGS = 7  # of the bandwidth: from the defaults down to that of a slow crane
+DOUBLINGS = 4  # of the pretension, for controllers without gains
 STEPS = (0.001, 0.0005, 0.00025, 0.0001, 0.00005, 0.00002)  # s, candidate physics steps
 DECAY = 1e-3  # 1/s, required of the slowest mode: a thousand times the error of the linearisation
 NEUTRAL = -1e-3  # 1/s, required with fewer cables than degrees of freedom: such a platform swings freely
@@ -78,7 +77,8 @@ def scenario_with_trials(file: str, source: str | None, sizes: Sizes) -> Trial:
             best, best_text, best_note = rate, text, _grown(rate)
         if process_time() > end:
             return Trial(best_text, _unfinished(), False)
-    note = f"{WARNING}no stable gains were found for these elastic cables{best_note}: {_remedy(scenario)}"
+    varied = "gains were" if "kp" in scenario.controller_options.model_dump() else "pretension was"
+    note = f"{WARNING}no stable {varied} found for these elastic cables{best_note}: {_remedy(scenario)}"
     return Trial(best_text, note, False)
 
 
@@ -122,13 +122,16 @@ def _problem(scenario: Scenario) -> str:
 
 
 def _candidates(scenario: Scenario, step: float) -> Iterator[dict[str, float]]:
-    """Yield changes of gains, the mildest first, with this physics step, s."""
-    options = registry().get("controller", defaults.CONTROLLER).info.options().model_dump()
+    """Yield changes of gains, or of the pretension without them, the mildest first, with this physics step, s."""
+    options = scenario.controller_options.model_dump()
     steps = {} if step == scenario.simulation.physics_step else {"simulation.physics_step": step}
-    for halving in range(HALVINGS):
-        share = 0.5**halving
-        gains = {"controller.kp": options["kp"] * share**2, "controller.kd": options["kd"] * share}
-        yield steps | (gains if halving else {})
+    yield steps
+    if "kp" in options:
+        for share in (0.5**halving for halving in range(1, HALVINGS)):
+            yield steps | {"controller.kp": options["kp"] * share**2, "controller.kd": options["kd"] * share}
+    elif options.get("pretension"):
+        for doubling in range(1, DOUBLINGS):
+            yield steps | {"controller.pretension": options["pretension"] * 2.0**doubling}
 
 
 def _fits(scenario: Scenario, step: float) -> bool:
@@ -160,13 +163,19 @@ def _try(scenario: Scenario, end: float) -> tuple[float, bool]:
         raise
     except SimulationStopped:
         return np.inf, False
-    return float(run.summary()["position_error_m"]["max"]), _settles(run, scenario.robot)
+    return float(run.summary()["position_error_m"]["max"]), _settles(run, scenario)
 
 
-def _settles(run: Run, robot: Robot) -> bool:
-    """Return whether errors stay small and do not grow, and tensions are neither zero nor too large."""
-    figures = run.summary()
-    if figures["slack_samples"] or figures["beyond_limits_steps"]["tension_above_max"]:
+def _settles(run: Run, scenario: Scenario) -> bool:
+    """Return whether errors stay small and do not grow, and tensions are neither zero nor too large.
+
+    With a pretension, no tension may be too small, too: a higher pretension may prevent it.
+    """
+    figures, robot = run.summary(), scenario.robot
+    beyond = figures["beyond_limits_steps"]
+    if figures["slack_samples"] or beyond["tension_above_max"]:
+        return False
+    if beyond["tension_below_min"] and getattr(scenario.controller_options, "pretension", 0.0):
         return False
     extent = _extent(robot)
     error = np.hypot(

@@ -7,12 +7,15 @@ import numpy as np
 from cdpr.cables import RATE, commands_of, takes_lengths
 from cdpr.cables.tables import command_kinds
 from cdpr.mechanics.dynamics import required_wrench
+from cdpr.model import Robot
+from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.simulation.brakes import Brakes
 from cdpr.simulation.parts import Parts
 from cdpr.simulation.sample import Sample
 from cdpr.simulation.steppers import Steppers
 from cdpr.tension.command import CommandStage
+from cdpr.tension.current_sample import Present
 from cdpr.tension.operations import Operation
 from cdpr.tension.stage import TensionStage
 from cdpr.tension.winch_command import WinchStage, chains_of_map
@@ -53,7 +56,8 @@ class Winding:
         takes = command_kinds(parts.robot)
         drives = {"takes": takes, "unwound": unwound, "command": self.command, "drive": self.drive}
         self._given = {**cables, **drives, "period": parts.control_step}
-        readings = parts.backend.winch_readings(unwound, view("unstretched_rate"), view("motor_torque"))
+        torque = view("motor_torque") if present.layout.has("motors") else np.empty(parts.robot.m)
+        readings = parts.backend.winch_readings(unwound, view("unstretched_rate"), torque)
         self._reading = [Operation("backend", do) for do in readings]
         wind = bind("wind_commands", **self._given, tension=present.live.tension)
         self._wind = Operation("distribution", wind, telling=True)
@@ -105,8 +109,20 @@ class Winding:
 
     def hold(self, stage: Stage) -> None:
         """Write into `start` the tensions by which a stage holds the weight of the plant, with its payload, at rest."""
-        present, parts = self._present, self._parts
-        still = np.concatenate([present.seen[:7], np.zeros(6)])
-        present.live.wrench[:] = required_wrench(parts.backend.robot, still, parts.backend.gravity)
-        stage.distribute()
-        self.start[:] = present.live.tension
+        backend = self._parts.backend
+        hold_weight(stage, self._present.live, backend.robot, self._present.seen[:7], backend.gravity)
+        self.start[:] = self._present.live.tension
+
+
+def hold_weight(stage: Stage, live: Present, robot: Robot, pose: Array, gravity: Array) -> None:
+    """Write into `live` the tensions by which a stage holds the weight of a robot at rest.
+
+    Args:
+        stage: stage that takes wrenches and reads `live`.
+        live: current sample, with the wrench matrix at the pose.
+        robot: robot with that weight.
+        pose: (7,) position, m, and quaternion.
+        gravity: (3,) m/s^2, world.
+    """
+    live.wrench[:] = required_wrench(robot, np.concatenate([pose, np.zeros(6)]), gravity)
+    stage.distribute()

@@ -7,6 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from cdpr.base.errors import Diverged
+from cdpr.base.fields import MAX_UNWOUND
+from cdpr.cables import LENGTH, commands_of
 from cdpr.cables.tables import SPAN, chain_table
 from cdpr.model import Robot
 from cdpr.model.robot import Array
@@ -15,6 +18,7 @@ from cdpr.tension.command import CommandStage
 from cdpr.tension.current_sample import Cables, Present
 from cdpr.tension.operations import Operation
 from cdpr.tension.policy import Policy
+from cdpr.tension.status import BAD_INPUT
 
 SPAN_KINDS = slice(1, 3)  # columns of `chain_table`: kind and lowest tension of the spans
 
@@ -41,6 +45,7 @@ class WinchStage(CommandStage):
         self, robot: Robot, policy: Policy, live: Present, cables: Cables, arguments: Mapping[str, Any]
     ) -> None:
         super().__init__(robot, policy, live, cables)
+        self._names, self._takes = [cable.name for cable in robot.cables], commands_of(robot)
         shared = {"limits": cables.limits, "matrix": live.W, "tension": live.tension, "wrench": live.wrench}
         take = bind(
             "take_winch_command",
@@ -51,3 +56,11 @@ class WinchStage(CommandStage):
             stop=int(policy == "stop"),
         )
         self.operations = [Operation("distribution", take, self._refuse)]
+
+    def _refuse(self, status: int) -> None:
+        if status == BAD_INPUT:
+            for name, taken, value in zip(self._names, self._takes, self.command.tolist(), strict=True):
+                if taken == LENGTH and not 0.0 < value <= MAX_UNWOUND:
+                    wanted = f"expected more than 0 and at most {MAX_UNWOUND:g} m"
+                    raise Diverged(f"cable '{name}': a length of {value:.4g} m is commanded: {wanted}")
+        super()._refuse(status)

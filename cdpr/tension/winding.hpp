@@ -7,8 +7,10 @@
 
 namespace cdpr::CDPR_TARGET {
 
+constexpr double MAX_UNWOUND = 1e9;  // m, as in `cdpr.base.fields`
+
 // One cable of the nominal robot at the state that the controller sees.
-struct SeenCable {
+struct NominalCable {
     ChainRow<double> chain;
     BentSpan<double> span;
     double length;  // m
@@ -27,7 +29,7 @@ struct SeenCable {
     double tension_at(double unwound) const { return cdpr::tension_at(chain, span, length, unwound); }
 };
 
-struct SeenCables {
+struct NominalCables {
     const double* chains;   // (m, 33), chain.hpp
     const double* lines;    // (m, w), as in Geometry
     const double* state;    // (13)
@@ -37,7 +39,7 @@ struct SeenCables {
     int64_t w;
     static constexpr char fields[] = "chains(m, 33), lines(m, w >= 6), state(13), gravity(3), sensed(2, m), m, w";
 
-    SeenCable at(int64_t i) const {
+    NominalCable at(int64_t i) const {
         const ChainRow<double> chain = chain_row(chains, i);
         const Line<double> cable = line(lines, w, i, vector(state), quaternion(state + 3));
         const ExitResult<double> exit = cable.lead();
@@ -48,13 +50,14 @@ struct SeenCables {
 
 // Winches that take lengths or rates as their commands.
 struct Drives {
-    SeenCables cables;
+    NominalCables cables;
     const int64_t* takes;   // (m), a CommandKind: the quantity that the winch takes
     const double* unwound;  // (m), m, of the plant; NaN before its start
     double* command;        // (m), N, m or m/s, of the winches
     double* drive;          // (m), the same for their kernels
     double period;          // s, of control
-    static constexpr auto fields = extended(SeenCables::fields, "takes(m), unwound(m), command(m), drive(m), period");
+    static constexpr auto fields =
+        extended(NominalCables::fields, "takes(m), unwound(m), command(m), drive(m), period");
 
     bool started(int64_t i) const { return unwound[i] == unwound[i]; }
 
@@ -83,7 +86,7 @@ inline int wind(Winding& p) {
             drives.command[i] = drives.drive[i] = p.tension[i];
             continue;
         }
-        const SeenCable cable = drives.cables.at(i);
+        const NominalCable cable = drives.cables.at(i);
         const bool ahead = drives.started(i) && cable.kernel_takes() == RATE_COMMAND;
         drives.unwind_to(i, cable.unwound_at(p.tension[i], ahead ? drives.period * drives.cables.rate(i) : 0.0));
     }
@@ -126,17 +129,20 @@ struct WinchCommand {
 };
 
 // Write the commands, and the tensions that the nominal robot then has at rest: commanded tensions are clipped to the
-// limits. Return as `take_command`.
+// limits. Return as `take_command`, and BAD_INPUT for a length that no cable can have.
 inline int take_winch_command(WinchCommand& p) {
     const Drives& drives = p.drives;
     const int64_t m = drives.cables.m;
-    for (int64_t i = 0; i < m; i++)
+    for (int64_t i = 0; i < m; i++) {
         if (!finite(p.given[i])) return BAD_INPUT;
+        const bool possible = p.given[i] > 0.0 && p.given[i] <= MAX_UNWOUND;
+        if (drives.takes[i] == LENGTH_COMMAND && !possible) return BAD_INPUT;
+    }
     const Limits<double> limits = {p.limits, p.limits + m, m};
     const double tolerance = LIMIT_TOLERANCE * newton(limits);
     int status = OK;
     for (int64_t i = 0; i < m; i++) {
-        const SeenCable cable = drives.cables.at(i);
+        const NominalCable cable = drives.cables.at(i);
         const double given = p.given[i];
         if (drives.takes[i] == TENSION_COMMAND) {
             if (beyond(limits, i, given, tolerance)) status = NOT_FOUND;

@@ -12,6 +12,7 @@ from browser_pages import PHONE, READY, pixels
 from command_line import cdpr_here
 from conftest import ROOT
 from report_cases import CASES, LED
+from sagging_curves import integrated
 
 import cdpr
 from cdpr.ui.report.pages.run import write_report
@@ -289,3 +290,31 @@ def test_odd_runs_play_without_an_error(open_page, tmp_path, case):
     page.evaluate("cdpr.zoom(cdpr.time, cdpr.time)")
     page.wait_for_function(READY, polling=50)
     assert page.evaluate("document.documentElement.scrollWidth") <= 1200
+
+
+# Ends of all lines that the painter is given for the next frame, and their colours.
+ENDS = """(t) => new Promise((done) => {
+  const painter = cdpr.viewer.painter;
+  painter.draw = function (camera, ratio, lines, solids) {
+    delete painter.draw;
+    done(lines.flatMap((part) => Array.from(part.data).slice(0, 12 * part.count)));
+    return painter.draw(camera, ratio, lines, solids);
+  };
+  cdpr.seek(t);
+})"""
+
+
+def test_cables_that_sag_are_drawn_as_curves(open_page, tmp_path):
+    heavy = {"simulation.duration": 0.1, "robot.cable.linear_density": 0.6}
+    run = cdpr.simulate("sagging", overrides=heavy)
+    write_report(run, tmp_path / "report.html")
+    page = open_page((tmp_path / "report.html").as_uri())
+    lines = np.reshape(page.evaluate(ENDS, 0.05), (-1, 12))
+    robot = cdpr.load_scenario("sagging", overrides=heavy).robot
+    pose = np.concatenate([run.position[50], run.orientation[50]])
+    share = np.linspace(0.0, 1.0, 51)[:, None]
+    drawn = np.concatenate([a + share * (b - a) for a, b in zip(lines[:, :3], lines[:, 3:6], strict=True)])
+    for (_, curve), anchor in zip(integrated(robot, pose, run["unstretched_length"][50]), robot.anchors, strict=True):
+        middle = curve[len(curve) // 2]
+        assert np.linalg.norm(middle - 0.5 * (curve[0] + anchor[:3])) > 0.03  # off the chord
+        assert np.linalg.norm(drawn - middle, axis=1).min() < 0.03

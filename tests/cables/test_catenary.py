@@ -7,9 +7,10 @@ import pytest
 from scipy.integrate import quad
 
 from cdpr.cables.catenary import CATENARY
-from cdpr.cables.catenary.curve import curve, least_tension
+from cdpr.cables.catenary.curve import least_tension
 from cdpr.cables.drum import DRUM
 from cdpr.cables.tables import CHAIN_WIDTH, SPAN, SPANS, WINCHES
+from cdpr.mechanics.curves import cable_curves
 from cdpr.native.bind import bind
 
 GRAVITY = np.array([0.0, 0.0, -9.81])
@@ -326,8 +327,11 @@ def test_the_curve_passes_through_both_ends():
         cables = Cables(CHORDS, 1e5, 0.5)
         unwound = share * cables.length
         force, tension = cables.pull(unwound)
+        lines = np.column_stack([cables.chord, np.zeros((len(CHORDS), 3))])
+        pose = [[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]]
+        (curves,) = cable_curves(lines, cables.given["chains"], GRAVITY, pose, unwound[None], 2001)
         for i, chord in enumerate(cables.chord):
-            points = curve(force[i], unwound[i], chord, cables.weight[i], 1e5, GRAVITY, 2001)
+            points = curves[i, ::-1]
             np.testing.assert_allclose(points[[0, -1]], [[0.0, 0.0, 0.0], chord], atol=1e-12)
             length = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
             mean = 0.5 * (tension[i] + np.linalg.norm(force[i]))

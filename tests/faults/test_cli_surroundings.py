@@ -10,7 +10,6 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 import warnings
 
 import pytest
@@ -83,6 +82,20 @@ def test_a_folder_whose_name_is_no_utf_8(tmp_path):
     assert os.fsencode(content["argv"][-1]) == out
 
 
+# A controller by which the process receives a signal while its loop is built.
+INTERRUPTED = """\
+import os
+from cdpr.plugins import Controller
+
+class Interrupted(Controller):
+    def connect(self, report):
+        os.kill(os.getpid(), {number})
+
+    def control(self, time, state, desired, out):
+        raise RuntimeError("the first sample was reached")
+"""
+
+
 @pytest.mark.parametrize(
     ("number", "code"),
     [
@@ -92,20 +105,18 @@ def test_a_folder_whose_name_is_no_utf_8(tmp_path):
     ],
 )
 def test_a_signal_before_the_first_sample(tmp_path, number, code):
-    out = tmp_path / "run"
-    process = subprocess.Popen(
-        [*CDPR, "run", CAROCA, "--out", out, "--set", "simulation.duration=3600"],
+    out, plugin = tmp_path / "run", tmp_path / "plugin.py"
+    plugin.write_text(INTERRUPTED.format(number=int(number)))
+    chosen = ["--plugin", plugin, "--set", "controller.type=Interrupted"]
+    done = subprocess.run(
+        [*CDPR, "run", CAROCA, "--out", out, *chosen],
         stderr=subprocess.PIPE,
         text=True,
         preexec_fn=lambda: signal.signal(number, signal.SIG_DFL),
+        check=False,
     )
-    while not (out / "run.json").exists():
-        assert process.poll() is None
-        time.sleep(0.002)
-    process.send_signal(number)
-    errors = process.communicate(timeout=60)[1]
-    assert (process.returncode, "Traceback" in errors) == (code, False), errors
-    assert "stopped: interrupted" in errors
+    assert (done.returncode, "Traceback" in done.stderr) == (code, False), done.stderr
+    assert "stopped: interrupted before the first sample" in done.stderr
     assert json.loads((out / "run.json").read_text())["status"] == "interrupted"
 
 

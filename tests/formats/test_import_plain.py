@@ -214,6 +214,22 @@ def test_a_table_of_anchors(tmp_path, separator):
     assert "the mass, 1 kg" in said
 
 
+@pytest.mark.parametrize(
+    ("text", "names"),
+    [
+        ("1,-1,0,2\n2,1,0,2\n3,0,1,2\n", ["1", "2", "3"]),
+        ("7 -1 0 2\n11 1 0 2\n13 0 1 2\n", ["7", "11", "13"]),
+        ('"left, top";-1,0;0;2\n"right # 2";"1,0";0,0;2 # behind\n\'back\';0;1;2,0\n', ["left_top", "right_2", "back"]),
+        ('"left top" -1 0 2\n"right"  1 0 2\nback 0\t1 2\n'.replace("\t", "  "), ["left_top", "right", "back"]),
+        ('"name","ax","ay","az"\n"1","-1","0","2"\n"2","1","0","2"\n"3","0","1","2"\n', ["1", "2", "3"]),
+    ],
+)
+def test_numbered_and_quoted_names_and_decimal_commas(tmp_path, text, names):
+    robot, _ = imported(tmp_path, text, "robot.csv", tension=(1, 100))
+    assert [cable.name for cable in robot.cables] == names
+    np.testing.assert_array_equal([cable.frame for cable in robot.cables], [[-1, 0, 2], [1, 0, 2], [0, 1, 2]])
+
+
 def test_a_table_of_anchors_alone_is_a_point(tmp_path):
     robot, _ = imported(tmp_path, "-1 0 2\n1 0 2\n0 1 2\n", "robot.csv", tension=(1, 100))
     assert robot.dof == ("x", "y", "z")
@@ -254,6 +270,8 @@ def test_unknown_and_incomplete_headings_are_an_error(tmp_path, headings, row):
     [
         (TABLE, r"robot\.csv: a list of anchors has no limits of tensions: give them \(--tension MIN,MAX\)"),
         (TABLE + "more,1,2\n", r"robot\.csv:6: expected 6 numbers, m, one cell per heading, got 'more,1,2'"),
+        (TABLE + '"more,1,2,3,4,5,6\n', r"robot\.csv:6: expected 6 numbers"),
+        ("0.5,1,2,3\n1.5,2,2,3\n", "unknown format"),  # samples of a motion
         (TABLE + "more,1,2,3,4,5,x\n", r"robot\.csv:6: expected 6 numbers"),
         (TABLE + "more,1,2,3,4,5,1e99\n", r"the robot is invalid"),
         ("1,2,3\n" * 300, r"robot\.csv:257: expected at most 256 cables"),

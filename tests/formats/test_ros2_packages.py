@@ -212,29 +212,65 @@ def test_the_controller_is_made_once(monkeypatch):
     assert (len(made), omitted) == (1, [])
 
 
-@pytest.mark.slow
-def test_the_cpp_node_reproduces_a_log_to_the_bit(folder, tmp_path):
-    """The node, compiled with stand-ins of rclcpp; without a recent state it does not publish."""
-    package, headers = folder / f"{NAME}_control", tmp_path / "headers"
+CASES = {
+    "tensions": ("caroca", [], "effort"),
+    "lengths": ("camera_robot", ["controller.flex_compensation=true"], "position"),
+    "ideal drives": ("camera_robot", ["robot.winch={type: position}", "controller.type=computed_torque"], "position"),
+    "rates": ("camera_robot", ["robot.winch.type=velocity", "controller.type=computed_torque"], "velocity"),
+    "mixed": ("camera_robot", ["robot.cables[1].winch={type: torque, drum_radius: 0.05, inertia: 0.002}"], "mixed"),
+}
+MEASURED = ("ideal drives", "rates")  # whose controllers need measured unwound lengths
+
+
+def compiled_node(package, place):
+    """Compile the node of a package with stand-ins of rclcpp."""
+    headers = place / "headers"
     for name in re.findall(r"#include <(\w+/.*hpp)>", (package / "src/node.cpp").read_text()):
         (headers / name).parent.mkdir(parents=True, exist_ok=True)
         (headers / name).write_text("#include <ros2_stand_ins.hpp>\n")
     includes = [f"-I{headers}", f"-I{ROOT / 'tests' / 'support'}"]
     sources = [str(package / "src" / name) for name in ("controller.cpp", "node.cpp")]
     flags = ["-std=c++17", "-O1", "-Wall", "-Wextra", "-Werror", "-Wno-missing-field-initializers", "-ffp-contract=off"]
-    subprocess.run([tool("g++"), *flags, *includes, *sources, "-o", "control"], cwd=tmp_path, check=True)
-    run = cdpr.simulate(cdpr.load_scenario(SCENARIO, overrides=["simulation.duration=0.5"]))
+    subprocess.run([tool("g++"), *flags, *includes, *sources, "-o", "control"], cwd=place, check=True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", CASES)
+def test_the_cpp_node_reproduces_a_log_to_the_bit(case, tmp_path):
+    """The node, compiled with stand-ins of rclcpp; without recent measurements it does not publish."""
+    name, changes, field = CASES[case]
+    scenario = cdpr.load_scenario(ROOT / "scenarios" / f"{name}.yaml", overrides=["simulation.duration=0.5", *changes])
+    _, omitted = write_ros2(scenario, tmp_path)
+    assert not [each for each in omitted if each.startswith("the controller")]
+    (package,) = tmp_path.glob("*_control")
+    compiled_node(package, tmp_path)
+    run = cdpr.simulate(scenario)
+    cables = list(run.header.cables)
     parts = ("position", "orientation", "velocity", "angular_velocity")
-    np.hstack([run[name] for name in parts]).tofile(tmp_path / "states")
-    files = {"SHARE": str(package), "STATES": "states", "TENSIONS": "tensions"}
+    np.hstack([run[each] for each in parts]).tofile(tmp_path / "states")
+    files = {"SHARE": str(package), "STATES": "states", "COMMANDS": "commands", "UNWOUND": "unwound"}
+    files["CABLES"] = " ".join(reversed(cables))
+    if case in MEASURED:
+        np.ascontiguousarray(run.unstretched_length[:, ::-1]).tofile(tmp_path / "unwound")
     done = subprocess.run(["./control"], cwd=tmp_path, env=os.environ | files, capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
-    assert (tmp_path / "tensions").read_bytes() == np.ascontiguousarray(run["tension"]).tobytes()
+    expected = run["tension" if case == "tensions" else "winch_command"]
+    if field == "mixed":  # lengths, then tensions
+        taken = [True, False, True, True]
+        expected = np.hstack([np.where(taken, expected, np.nan), np.where(taken, np.nan, expected)])
+    published = np.fromfile(tmp_path / "commands").reshape(expected.shape)
+    np.testing.assert_array_equal(published, expected)
+    assert [line.split() for line in done.stdout.splitlines()] == [cables] * len(expected)
+    assert f"Field::{field.upper()}, " in (package / "src/node.cpp").read_text() or field == "mixed"
     assert done.stderr.count("status -1") == 2
     done = subprocess.run(
         ["./control"], cwd=tmp_path, env=os.environ | files | {"SHARE": "nowhere"}, capture_output=True
     )
     assert done.returncode == 2
+    if case in MEASURED:  # lengths of other cables are not used
+        files["CABLES"] = " ".join(f"other_{cable}" for cable in cables)
+        done = subprocess.run(["./control"], cwd=tmp_path, env=os.environ | files, capture_output=True, text=True)
+        assert (done.stdout, done.stderr.count("status -1")) == ("", 1)
 
 
 ROBOT = """#pragma once

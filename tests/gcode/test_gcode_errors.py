@@ -82,7 +82,17 @@ def test_each_mistake_is_one_line_with_its_place(tmp_path, text, line, what):
         ("N1 G1 X1*99", "the line was changed: its checksum is"),
         ("if true\nG1 X1", "conditions, loops, variables and expressions are not supported"),
         ("G1 X{a}", "conditions, loops, variables and expressions are not supported"),
-        ("G1 H1 X1", "H1 is not supported"),
+        (
+            "G1 H1 X1",
+            "H1 moves single motors, such as winches, not the platform, which is not supported: remove the line",
+        ),
+        ("G1 H X1", "H: expected a number after it"),
+        ("G6 A10 B-10", "or write ignore: [G6] to skip its coordinates"),
+        ("G95 A20", "or write ignore: [G95] to skip its coordinates"),
+        (
+            "M569.4 P40 T0.1",
+            "the dialect is reprapfirmware; to skip it, as if without motion, write ignore: [M569.4]",
+        ),
         ("G10 L2 P1 X5", "G10 with L moves the coordinates"),
         ("G10 G91", "G10 or G11 beside other G words: put it on a separate line"),
         ("ECHO_ALL A=1", "ECHO_ALL is a command of other firmware, which is not supported; the dialect is reprapfirm"),

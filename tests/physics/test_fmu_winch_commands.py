@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import json
+import re
+
 import fmpy
 import numpy as np
 import pytest
+from command_line import cdpr_here
 from conftest import ROOT
 from fmpy.validation import validate_fmu
 from fmu.cases import FMI
@@ -35,6 +39,7 @@ CASES = {
     "sagging ideal": ("camera_robot", [*SAGGING, *IDEAL, "controller.type=computed_torque"]),
 }
 DURATION = 0.2  # s
+RESTING = 1e-6  # m/s^2; a load of 3 kg without its share of the tensions accelerates the platform by 3 m/s^2
 
 
 def scenario(case, *more):
@@ -147,6 +152,25 @@ def test_an_ideal_drive_reaches_its_length_at_the_end_of_the_communication_step(
             driver.set("command", length)
             driver.step(at, step)
             np.testing.assert_allclose(driver.get("unstretched_length"), length, rtol=0.0, atol=1e-14)
+
+
+@pytest.mark.parametrize("events", [[], [{"type": "payload", "time": 0, "mass": 3.0}]])
+def test_exported_lengths_at_the_start_hold_the_platform_and_its_payload(events, tmp_path):
+    out = tmp_path / "robot.fmu"
+    cdpr_here("fmu", "export", "camera_robot", "--set", f"events={json.dumps(events)}", "--out", out)
+    with Driver(out) as driver:
+        assert np.abs(driver.get("acceleration")).max() < RESTING
+        driver.step(0.0, 0.001)
+        assert np.abs(driver.get("acceleration")).max() < RESTING
+
+
+@pytest.mark.parametrize("winches", ["--with-winch", "--only-winch"])
+def test_too_long_steps_are_rejected_as_for_runs(winches, tmp_path):
+    given = "fmu", "export", "winch", winches, "--source-only", "--out", tmp_path / "robot.fmu", "--step"
+    errors = cdpr_here(*given, "0.01", code=2).stderr
+    assert errors.startswith("--step 0.01 s is too long for these cables and winches, and the FMU would diverge")
+    limit = re.search(r"; it is stable up to (0\.0\d+) s\n$", errors)[1]
+    cdpr_here(*given, limit)
 
 
 def test_winches_alone_take_tensions():

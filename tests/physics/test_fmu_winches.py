@@ -98,15 +98,16 @@ def test_tensions_follow_the_lengths_at_once(fmi, robot, tmp_path):
         assert (driver.get("cable_tension") == 0.0).all()
 
 
-def test_gears_drums_that_grow_and_tackles(robot, tmp_path):
+@pytest.mark.parametrize("moved", [0.0, 0.5])  # m, of the anchors
+def test_gears_drums_that_grow_and_tackles(moved, robot, tmp_path):
     """The equations of `cdpr.cables.transmission` by scipy; their numbers are parameters, those not used are none."""
     growth, lines, reeving, efficiency = 2e-4, 2.0, 2.0, 0.7
     own = {"drum_growth": growth, "lines": lines, "reeving": reeving, "efficiency": efficiency}
     cables = tuple(replace(cable, winch=replace(cable.winch, own=own)) for cable in robot.cables)
     geared = replace(robot, cables=cables)
     names = [{each.name for each in Actuator(one, STEP).variables()} for one in (robot, geared)]
-    assert names[1] - names[0] == {f"winch.{key}" for key in own}
-    home, (command, length, rate) = home_lengths(robot), given(0.0)
+    assert names[1] - names[0] == {f"winch.{key}" for key in (*own, "home_length")}
+    home, (command, length, rate) = home_lengths(robot) + moved, given(0.0)
 
     def per_turn(unwound):
         return np.sqrt(RADIUS**2 + growth * lines * reeving * (home - unwound)) / reeving
@@ -124,7 +125,8 @@ def test_gears_drums_that_grow_and_tackles(robot, tmp_path):
 
     y = length / (1.0 + command / STIFFNESS)
     y = np.concatenate([y, -rate / per_turn(y)])
-    with Driver(write(Actuator(geared, STEP / 50), 3, tmp_path)) as driver:
+    changes = {"winch.home_length": home} if moved else {}
+    with Driver(write(Actuator(geared, STEP / 50), 3, tmp_path), changes) as driver:
         for name, values in zip(("command", "cable_length", "cable_rate"), given(0.0), strict=True):
             driver.set(name, values)
         for k in range(10):

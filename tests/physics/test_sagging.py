@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from conftest import ROOT
@@ -137,7 +139,9 @@ def test_results_along_chords_are_marked(short):
     for one, sags in ((scenario, True), (light, False)):
         assert ("use the chords" in " ".join(notes(one.robot, Question(), bodies=False))) is sags
         assert ("sag" in sizing([Duty.of_scenario(one, "one")]).to_dict()) is sags
-    assert "Cables that sag are drawn as straight lines" in render(short)
+    old = replace(short, header=replace(short.header, spans=()))
+    for run, straight in ((short, False), (old, True)):
+        assert ("Cables that sag are drawn as straight lines" in render(run)) is straight
 
 
 def test_uses_that_reject_heavy_cables():
@@ -179,3 +183,50 @@ def test_an_exported_plant_moves_as_reference_does(changes, tmp_path):
                 for was, slope, name in zip(before, slopes, ("velocity", "angular_velocity"), strict=True):
                     np.testing.assert_allclose((driver.get(name) - was) / 1e-3, slope, rtol=0.05, atol=0.05)
         assert np.ptp(driver.get("cable_tension")) > 10.0
+
+
+def test_clearances_of_runs_follow_the_curves():
+    """At the end of the motion, two ropes are about 2 cm nearer than their chords."""
+    from cdpr.mechanics.clearance import clearance
+
+    brief = {"simulation.duration": 1.6, "trajectory.duration": 1.5, "simulation.control_step": 0.002}
+    scenario = load_scenario(SAGGING)
+    run = cdpr.simulate(SAGGING, backend="reference", overrides=brief)
+    poses = np.concatenate([run.position, run.orientation], axis=1)
+    among = clearance(scenario.robot, scenario.obstacles, gravity=scenario.gravity)
+    curved, _ = among.at(poses, unwound=run["unstretched_length"])
+    straight, _ = among.at(poses)
+    assert run.summary()["clearance_min_m"] == curved.min()
+    assert curved.min() < straight.min() - 0.015
+    edge = float(0.5 * (curved.min() + straight.min()))
+    first = int(np.argmax(curved <= edge))
+    contact = {"type": "contact", "clearance": edge}
+    watched = cdpr.simulate(SAGGING, backend="reference", overrides={**brief, "events": [contact]})
+    (event,) = [event for event in watched.events if event.kind == "contact"]
+    assert event.time == run.time[first]
+    with pytest.raises(SimulationStopped, match=r"the least clearance is 0\.\d+ m, of cable_2 and cable_4") as stop:
+        cdpr.simulate(SAGGING, backend="reference", overrides={**brief, "events": [{**contact, "then": "stop"}]})
+    assert len(stop.value.run.time) == first + 1
+
+
+def test_clearances_and_stiffness_without_a_run():
+    """Curves at the static tensions; straight cables, with a remark, where these do not carry the cables."""
+    from cdpr.ui.report.view import analysed
+
+    def least(density, model="catenary"):
+        coarse = {"simulation.control_step": 0.05}
+        changes = {**coarse, "robot.cable.linear_density": density, "robot.cable.model": model}
+        scenario = load_scenario(SAGGING, overrides=changes)
+        figures, *_ = analysed(scenario, scenario.gravity, scenario.initial.state()[:7], "initial")
+        return figures["pose"], figures["motion"]["least"]
+
+    _, straight = least(0.256, "elastic")
+    pose, motion = least(0.256)
+    assert motion["clearance"]["value"] < straight["clearance"]["value"] - 0.015
+    assert motion["clearance"]["by"] == "cable_2 and cable_4"
+    pose, motion = least(6.0)
+    remark = ", with straight cables, as no tensions hold the platform"
+    assert motion["clearance"]["value"] == straight["clearance"]["value"]
+    assert motion["clearance"]["by"] == "cable_2 and cable_4" + remark
+    assert pose["clearance_by"].endswith(remark)
+    assert "stiffness" not in motion

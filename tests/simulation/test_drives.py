@@ -259,3 +259,31 @@ def test_exported_plants_reject_them(use):
     assert [each for each in omitted(scenario, "mjcf") if each.startswith("drives")]
     require(scenario, "bare_controller_fmu")
     require(scenario, "native")
+
+
+@pytest.mark.parametrize("winch", [{"type": "position"}, SERVO], ids=["position", "servo"])
+def test_lengths_that_no_cable_can_have_end_the_run(winch):
+    class Reeling(cdpr.plugins.Controller):
+        output = "length"
+
+        def control(self, time, state, desired, out):
+            out[:] = 3.4
+            out[1] -= 0.0 if time < 0.1 - 1e-9 else 3.5
+
+    scenario = camera(winch, {})
+    said = r"^t = 0.1 s: cable 'cable_2': a length of -0.1 m is commanded: expected more than 0 and at most 1e\+09 m"
+    with pytest.raises(cdpr.Diverged, match=said):
+        cdpr.simulate(scenario, controller=Reeling)
+    said = r"^t = 0 s: cable 'cable_1': its unwound length is 0 m, expected more than 0: .* resolution"
+    with pytest.raises(cdpr.Diverged, match=said):
+        cdpr.simulate(camera(winch, {"resolution": 1e3}))
+
+
+def test_a_resolution_below_that_of_numbers_changes_nothing():
+    finest = 5e-324  # m, the smallest number
+    fine, exact = (
+        cdpr.simulate(camera({"type": "position"}, drives))
+        for drives in ({"resolution": finest}, {"resolution": 0.0, "delay": 0.0})
+    )
+    assert same_bits(fine.position, exact.position)
+    assert same_bits(fine["drive_command"], fine["winch_command"])

@@ -1,6 +1,7 @@
 // Stand-ins for the parts of rclcpp that a generated node uses. A run of the node is a replay: `spin` reads states (13
 // doubles each) from the file in the environment variable STATES, publishes each as pose and twist, fires the timer,
-// and appends the published efforts to the file in TENSIONS.
+// and writes the published positions, velocities and efforts to the file in COMMANDS. If the node subscribes to winches,
+// they publish the unwound lengths in the file UNWOUND (one for each of the names in CABLES, in a row) before the timer.
 #pragma once
 #include <stdio.h>
 #include <stdlib.h>
@@ -9,6 +10,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -119,11 +121,14 @@ class Node {
     void remember(std::shared_ptr<Subscription<geometry_msgs::msg::PoseStamped>> made) { poses = made; }
     void remember(std::shared_ptr<Subscription<geometry_msgs::msg::TwistStamped>> made) { twists = made; }
 
+    void remember(std::shared_ptr<Subscription<sensor_msgs::msg::JointState>> made) { winches = made; }
+
     std::string name;
     double clock = 1000.0;
     std::shared_ptr<Publisher<sensor_msgs::msg::JointState>> commands;
     std::shared_ptr<Subscription<geometry_msgs::msg::PoseStamped>> poses;
     std::shared_ptr<Subscription<geometry_msgs::msg::TwistStamped>> twists;
+    std::shared_ptr<Subscription<sensor_msgs::msg::JointState>> winches;
     std::shared_ptr<Service<std_srvs::srv::Trigger>> start;
     TimerBase::SharedPtr timer;
 };
@@ -136,20 +141,32 @@ inline void spin(std::shared_ptr<Node> node) {
     FILE* states = fopen(getenv("STATES"), "rb");
     auto response = std::make_shared<std_srvs::srv::Trigger::Response>();
     node->start->call(std::make_shared<std_srvs::srv::Trigger::Request>(), response);
+    sensor_msgs::msg::JointState unwound;
+    FILE* lengths = node->winches ? fopen(getenv("UNWOUND"), "rb") : nullptr;
+    std::istringstream cables(lengths ? getenv("CABLES") : "");
+    for (std::string name; cables >> name;) unwound.name.push_back(name);
+    unwound.position.resize(unwound.name.size());
     double s[13];
     while (fread(s, sizeof s, 1, states) == 1) {
         node->clock += node->timer->period;
         node->poses->call({{}, {{s[0], s[1], s[2]}, {s[4], s[5], s[6], s[3]}}});
         node->twists->call({{}, {{s[7], s[8], s[9]}, {s[10], s[11], s[12]}}});
+        if (lengths && fread(unwound.position.data(), sizeof(double), unwound.position.size(), lengths))
+            node->winches->call(unwound);
         node->timer->call();
     }
     fclose(states);
+    if (lengths) fclose(lengths);
     node->clock += 60.0;
     node->timer->call();  // an old state: likewise
-    FILE* tensions = fopen(getenv("TENSIONS"), "wb");
-    for (const auto& message : node->commands->sent)
-        fwrite(message.effort.data(), sizeof(double), message.effort.size(), tensions);
-    fclose(tensions);
+    FILE* commands = fopen(getenv("COMMANDS"), "wb");
+    for (const auto& message : node->commands->sent) {
+        for (const auto* field : {&message.position, &message.velocity, &message.effort})
+            fwrite(field->data(), sizeof(double), field->size(), commands);
+        for (const auto& cable : message.name) printf("%s ", cable.c_str());
+        printf("\n");
+    }
+    fclose(commands);
 }
 
 }  // namespace rclcpp

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from cdpr.analysis.distribution.describe import describe_motion, describe_pose, describe_robot
+from cdpr.analysis.distribution.sagging import STRAIGHT, resting_lengths
 from cdpr.analysis.distribution.survey import Survey, survey
 from cdpr.base import defaults
 from cdpr.cables import commands_of
@@ -43,9 +44,11 @@ def describe_loaded(
     }
     if robot.unilateral:
         obstacles = loaded.obstacles if isinstance(loaded, Scenario) else ()
-        least = least_clearance(robot, at, obstacles)
+        unwound = resting_lengths(robot, at[None], gravity)
+        least = least_clearance(robot, at, obstacles, unwound=unwound, gravity=gravity)
         gap, names = least or (None, None)
-        figures["pose"] |= {"clearance_m": gap, "clearance_by": names and f"{names}{assumption(robot)}"}
+        remark = assumption(robot) + STRAIGHT * bool(unwound is not None and np.isnan(unwound).any())
+        figures["pose"] |= {"clearance_m": gap, "clearance_by": names and f"{names}{remark}"}
     if not isinstance(loaded, Scenario):
         return to_json(figures), None
     controlled = loaded.controlled_robot

@@ -13,6 +13,7 @@ from cdpr.base.defaults import SOLVER
 from cdpr.cables import bends
 from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.kinematics import make_state
+from cdpr.mechanics.potential import rest_lengths
 from cdpr.mechanics.sag import sagging_wrench
 from cdpr.model import Robot
 from cdpr.model.robot import Array
@@ -20,8 +21,23 @@ from cdpr.plugins import TensionSolver
 from cdpr.tension import Status
 from cdpr.tension.status_array import StatusArray
 
+STRAIGHT = ", with straight cables, as no tensions hold the platform"  # remark on a clearance
 MOST_ROUNDS = 60
 EXACT = 1e-11  # change of the cables' wrench in the last round, as a share of the load
+
+
+def resting_lengths(robot: Robot, poses: Array, gravity: Array) -> Array | None:
+    """Return the unwound lengths (K, m) [m] at which the cables hold the platform at rest, for their curves.
+
+    The arguments are those of `static_tensions`. The result is None if no cable sags, and NaN at poses without
+    admissible tensions: there, `STRAIGHT` is a remark for clearances.
+    """
+    if not bends(robot):
+        return None
+    found = static_tensions(robot, poses, gravity=gravity)
+    lengths = rest_lengths(robot, poses, found.tension, gravity=gravity)
+    lengths[np.asarray(found.status) != Status.OK] = np.nan
+    return lengths
 
 
 def static_tensions(

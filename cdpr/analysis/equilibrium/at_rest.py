@@ -145,10 +145,11 @@ def _arguments(
                 text = f"at {angle[k]:g} rad the drum is empty: it grows by winch.drum_growth"
                 raise CdprError(f"drum_angles: cable '{robot.cables[k].name}': {text}")
         unwound = np.where(turned, wound, unwound)
-    for cable, length, force in zip(robot.cables, unwound.tolist(), tension.tolist(), strict=True):
+    for i, (cable, length, force) in enumerate(zip(robot.cables, unwound.tolist(), tension.tolist(), strict=True)):
         if length <= 0.0 or length > MAX_UNWOUND:
-            text = f"expected more than 0 and at most {MAX_UNWOUND:g} m"
-            raise CdprError(f"lengths: cable '{cable.name}': {text}, got {length:g}")
+            key, where = ("drum_angles", f" at {angle[i]:g} rad") if turned[i] else ("lengths", "")
+            text = f"expected an unwound length of more than 0 and at most {MAX_UNWOUND:g} m, got {length:g}{where}"
+            raise CdprError(f"{key}: cable '{cable.name}': {text}")
         if force < 0.0 and robot.unilateral:
             raise CdprError(f"tensions: cable '{cable.name}': expected at least 0 N, got {force:g}")
     down = checked(own if gravity is None else gravity, (3,), "gravity", finite=True)

@@ -29,6 +29,7 @@ from cdpr.simulation.pace import Pace
 from cdpr.simulation.parts import Parts
 from cdpr.simulation.pipeline import Pipeline
 from cdpr.simulation.renewal import renew
+from cdpr.simulation.resting_start import warm_up
 from cdpr.simulation.runner import STATUS
 from cdpr.simulation.step_kernel import SAMPLE
 
@@ -239,7 +240,7 @@ class Case:
 
     def _warm_up(self, loop: Loop) -> None:
         assert self._scenario is not None
-        loop.warm_up(self._scenario.initial.state())
+        warm_up(loop, self._scenario)
         with loop.timed():
             loop.begin(self._ring, self._plan.steps)
 

@@ -170,6 +170,7 @@ def _stiffness(
         gravity=question.gravity,
         jobs=jobs,
     )
+    K[np.isnan(K).any(axis=(1, 2))] = np.eye(6)  # ignored: these poses have no tensions, and NaN has no eigenvalues
     return K[:, robot.rows][:, :, robot.rows], W, np.asarray(tensions.feasible, dtype=bool)
 
 

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from cdpr.analysis.distribution.sagging import STRAIGHT, resting_lengths
 from cdpr.analysis.workspace import answers
 from cdpr.analysis.workspace.question import Question, directions
 from cdpr.log.interference import some_rows
@@ -26,8 +27,8 @@ def along(
     """Return the smallest values along a motion as plain data by name, each with its time and its limit.
 
     "margin" is the static capacity margin, N, if all tension limits are finite. "clearance", m, assumes diameters that
-    the robot does not specify, and states so. "stiffness", N/m with moments divided by the characteristic length,
-    requires the axial stiffness of all cables.
+    the robot does not specify, and states so; cables that sag have their curves at rest. "stiffness", N/m with moments
+    divided by the characteristic length, requires the axial stiffness of all cables.
 
     Args:
         robot: the robot.
@@ -39,10 +40,12 @@ def along(
     found = _forces(robot, time, poses, gravity)
     if not robot.unilateral and any(cable.diameter is None for cable in robot.cables):
         return found  # rigid legs are no cables
-    among = clearance(with_diameters(robot), obstacles)
-    values, which = among.at(poses)
-    assumed = assumption(robot)
-    least = _least(time, values, [f"{among.name(n)}{assumed}" for n in which.tolist()])
+    among = clearance(with_diameters(robot), obstacles, gravity=gravity)
+    unwound = resting_lengths(robot, poses, gravity)
+    values, which = among.at(poses, unwound=unwound)
+    straight = np.isnan(values if unwound is None else unwound.sum(axis=1))
+    remarks = [assumption(robot) + STRAIGHT * each for each in straight.tolist()]
+    least = _least(time, values, [among.name(n) + remark for n, remark in zip(which.tolist(), remarks, strict=True)])
     return found if least is None else {**found, "clearance": least}
 
 

@@ -1,4 +1,4 @@
-"""Shape of heavy cables between given ends: their curve, and the least tension that they need."""
+"""Least tension of heavy cables between given ends; their curve is in curve.hpp."""
 
 from __future__ import annotations
 
@@ -47,39 +47,6 @@ def least_tension(chord: ArrayLike, weight: ArrayLike, axial_stiffness: ArrayLik
     least = np.take_along_axis(sums, best, axis=-1)
     tension = 0.5 * least + 0.5 * w * rise / (1.0 + k * least)
     return np.asarray(np.maximum(tension, 0.0)[..., 0])
-
-
-def curve(
-    force: Array, span: float, chord: Array, weight: float, axial_stiffness: float, gravity: Array, count: int
-) -> Array:
-    """Return points of a cable from the platform to the exit.
-
-    Args:
-        force: (3,) N, of the cable on the platform, world axes.
-        span: unstretched length between platform and exit [m].
-        chord: (3,) m, from the platform to the exit.
-        weight: weight per unstretched length [N/m].
-        axial_stiffness: N.
-        gravity: (3,) m/s^2.
-        count: number of points.
-
-    Returns:
-        (count, 3) m, relative to the platform's end.
-    """
-    size = float(np.linalg.norm(gravity))
-    up = -gravity / size if size > 0.0 else np.zeros(3)
-    s = np.linspace(0.0, span, count)
-    pull = force - (force @ up) * up
-    H, low = float(np.linalg.norm(pull)), float(force @ up)
-    high = low + weight * s
-    start, end = math.hypot(H, low), np.hypot(H, high)
-    sums = np.maximum(start + end, np.finfo(float).tiny)
-    ratio = np.minimum(weight * s / sums, 1.0 - 1e-16)
-    grown = np.where(ratio > 1e-8, np.arctanh(ratio) / np.maximum(ratio, 1e-300), 1.0)
-    along = s * (1.0 / axial_stiffness + 2.0 * grown / sums)  # per horizontal force
-    risen = 0.5 * (low + high) * s * (1.0 / axial_stiffness + 2.0 / sums)
-    points = along[:, None] * pull + risen[:, None] * up
-    return np.asarray(points + np.linspace(0.0, 1.0, count)[:, None] * (chord - points[-1]))  # round-off
 
 
 def _level(chord: Array, gravity: Array) -> tuple[Array, Array]:

@@ -8,20 +8,24 @@ from cdpr.cables import chain_of, takes_lengths
 from cdpr.cables.chain import Number, Part
 from cdpr.cables.tables import (
     CHAIN_WIDTH,
+    HOME,
     SPAN,
     TRANSMISSION,
     WINCH,
     chain_table,
     command_kinds,
+    home_lengths,
     line_table,
     places_of_states,
 )
-from cdpr.cables.transmission import COULOMB_SPEED, EFFICIENCY, KERNEL
+from cdpr.cables.transmission import COULOMB_SPEED, EFFICIENCY, GROWTH, KERNEL
 from cdpr.fmu.export.variables import Variable, parameter
 from cdpr.model import Cable, Robot
 from cdpr.native.exported_pipeline import ExportedPipeline, Link
 
 NAN = math.nan
+HOME_LENGTH = "winch.home_length"
+HOME_TEXT = "length of each cable at the home pose, at which its drum has the drum_radius; change it with the anchors"
 
 
 def given_numbers(part: Part, cable: Cable) -> dict[Number, float]:
@@ -52,6 +56,7 @@ def parameters_of(robot: Robot, cable: Cable) -> dict[int, tuple[Number, float]]
 def winch_parameters(robot: Robot) -> list[Variable]:
     """Return the parameters of winches and spans, 0 for cables without them."""
     found = [dict(parameters_of(robot, cable).values()) for cable in robot.cables]
+    homes = [parameter(HOME_LENGTH, (robot.m,), "m", home_lengths(robot), HOME_TEXT, least=0.0)]
     return [
         parameter(
             number.name,
@@ -62,7 +67,12 @@ def winch_parameters(robot: Robot) -> list[Variable]:
             least=0.0 if number.positive else None,
         )
         for number in dict.fromkeys(number for own in found for number in own)
-    ]
+    ] + (homes if _grows(robot) else [])
+
+
+def _grows(robot: Robot) -> bool:
+    """Return True if the radius of some drum depends on the unwound length."""
+    return any(GROWTH in dict(parameters_of(robot, cable).values()) for cable in robot.cables)
 
 
 def add_lines(pipeline: ExportedPipeline, robot: Robot) -> None:
@@ -85,6 +95,8 @@ def add_chains(pipeline: ExportedPipeline, robot: Robot) -> None:
     for i, cable in enumerate(robot.cables):
         for place, (number, _) in parameters_of(robot, cable).items():
             pipeline.links.append(Link(number.name, i, 1, index, i * CHAIN_WIDTH + place, positive=number.positive))
+        if _grows(robot):
+            pipeline.links.append(Link(HOME_LENGTH, i, 1, index, i * CHAIN_WIDTH + HOME))
 
 
 def add_commands(pipeline: ExportedPipeline, robot: Robot) -> None:

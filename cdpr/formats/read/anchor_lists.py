@@ -2,11 +2,13 @@
 
 JSON and YAML have the keys `anchors` and `attachments`, lists of points in m, and may have `mass`, `inertia`, `com`,
 `t_min`, `t_max`, `dof`, `home`, `name`, `n_cables` and `cable_diameter_m`. CSV has one cable per line: its anchor and,
-after it, its attachment, 0 if missing; a first column may have names. A first line with headings sets another order.
+after it, its attachment, 0 if missing; a first column may have names or numbers. A first line with headings sets
+another order.
 """
 
 from __future__ import annotations
 
+import csv
 import re
 from collections.abc import Sequence
 from itertools import islice
@@ -177,12 +179,24 @@ def _cables(found: Imported, anchors: Any, ends: Any, names: list[str]) -> None:
 
 
 def _words(line: str) -> list[str]:
-    """Return the columns of a line of CSV; commas, semicolons, tabs or spaces separate them."""
-    text = line.split("#", 1)[0].strip()
-    for separator in (";", ",", "\t"):
-        if separator in text:
-            return [word.strip().strip('"') for word in text.split(separator)]
-    return text.split()
+    """Return the columns of a line of CSV.
+
+    Semicolons, tabs, commas or spaces separate them. Quotes may enclose a column. Between semicolons and tabs, a comma
+    in a number is a decimal one.
+    """
+    text = re.sub(r'^((?:[^"#]|"[^"]*")*)#.*', r"\1", line)  # without a comment
+    row = text.strip()
+    bare = re.sub(r'"[^"]*"', "", row)
+    for separator in (";", "\t", ","):
+        if separator in bare:
+            words = [word.strip() for word in next(csv.reader([row], delimiter=separator, skipinitialspace=True))]
+            return words if separator == "," else [_with_point(word) for word in words]
+    return next(csv.reader([" ".join(row.split())], delimiter=" "), [])
+
+
+def _with_point(word: str) -> str:
+    """Return a number with a decimal comma with a point; other words unchanged."""
+    return word.replace(",", ".") if _is_number(word.replace(",", ".")) else word
 
 
 def _is_number(word: str) -> bool:
@@ -235,8 +249,8 @@ def _numbers(row: list[str], columns: list[int] | None = None) -> tuple[str, lis
             return None
         name, numbers = row[columns[0]] if columns[0] >= 0 else "", [row[k] for k in columns[1:]]
     else:
-        name = "" if _is_number(row[0]) else row[0]
-        numbers = row[1:] if name else row
+        named = not _is_number(row[0]) or (row[0].isdecimal() and len(row) in (POINT + 1, PAIR + 1))
+        name, numbers = (row[0], row[1:]) if named else ("", row)
     if len(numbers) not in (POINT, PAIR) or not all(map(_is_number, numbers)):
         return None
     return name, [float(word) for word in numbers]

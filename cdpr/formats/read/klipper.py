@@ -179,20 +179,20 @@ def _gear(section: _Section) -> dict[str, float]:
 
 def _left_out(sections: _Sections, used: str) -> list[str]:
     """Return what is not imported: keys with a known reason once, sections of unused steppers, includes."""
-    told = list[str]()
-    said = set[str]()
+    left_out = list[str]()
+    reported = set[str]()
     for name, section in sections.every.items():
         stepper = re.fullmatch(r"stepper_([a-z])", name)
         if stepper is not None and stepper[1] not in used:
-            told.append(f"{sections.file}:{section.line}: [{name}]: Klipper does not use it, for "
+            left_out.append(f"{sections.file}:{section.line}: [{name}]: Klipper does not use it, for "
                         f"[stepper_{ascii_lowercase[len(used)]}] is missing")  # fmt: skip
         for key, (_, line) in section.values.items() if name == PRINTER or stepper is not None else ():
             if key in NOT_IMPORTED:
                 section.read.add(key)
-                if key not in said:
-                    told.append(f"{sections.file}:{line}: {key}: {NOT_IMPORTED[key]}")
-                said.add(key)
-    told += [f"{sections.file}:{line}: [include]: this other file is not read" for line in sections.includes]
+                if key not in reported:
+                    left_out.append(f"{sections.file}:{line}: {key}: {NOT_IMPORTED[key]}")
+                reported.add(key)
+    left_out += [f"{sections.file}:{line}: [include]: this other file is not read" for line in sections.includes]
     rest = [
         name
         for name in sections.every
@@ -200,5 +200,5 @@ def _left_out(sections: _Sections, used: str) -> list[str]:
     ]
     if rest:
         shown = ", ".join(short_repr(name) for name in rest[:12]) + (", ..." if len(rest) > 12 else "")
-        told.append(f"{sections.file}: sections that concern neither anchors nor lines: {shown}")
-    return told
+        left_out.append(f"{sections.file}: sections that concern neither anchors nor lines: {shown}")
+    return left_out

@@ -256,9 +256,9 @@ def _others(commands: Commands) -> list[str]:
     first: dict[str, Command] = {}
     for command in commands.every:
         first.setdefault(command.code, command)
-    told = [f"{each.file}:{each.line}: {code}: {OTHER[code]}" for code, each in first.items() if code in OTHER]
+    left_out = [f"{each.file}:{each.line}: {code}: {OTHER[code]}" for code, each in first.items() if code in OTHER]
     rest = [code for code in first if code not in OTHER and code not in KINEMATICS]
     if rest:
         shown = ", ".join(rest[:12]) + (", ..." if len(rest) > 12 else "")
-        told.append(f"{commands.file}: commands that concern neither anchors nor lines: {shown}")
-    return told
+        left_out.append(f"{commands.file}: commands that concern neither anchors nor lines: {shown}")
+    return left_out

@@ -2,6 +2,7 @@
 #include <cdpr/group.hpp>
 #include <cdpr/mechanics/clearance.hpp>
 #include <cdpr/mechanics/clearances.hpp>
+#include <cdpr/mechanics/curves.hpp>
 #include <cdpr/mechanics/distances.hpp>
 #include <cdpr/mechanics/energy.hpp>
 #include <cdpr/mechanics/equilibrium.hpp>
@@ -9,6 +10,7 @@
 #include <cdpr/mechanics/inverse_dynamics.hpp>
 #include <cdpr/mechanics/reach.hpp>
 #include <cdpr/mechanics/sag.hpp>
+#include <cdpr/mechanics/sagging_clearance.hpp>
 #include <cdpr/mechanics/stiffness.hpp>
 
 namespace cdpr::CDPR_TARGET {
@@ -21,6 +23,9 @@ static constexpr cdpr_entry entries[] = {
     entry<SolidDistances, solid_distances>("solid_distances"),
     entry<Clearances, clearances>("clearances"),
     entry<TooNear, too_near>("too_near"),
+    entry<SaggingClearances, sagging_clearances>("sagging_clearances"),
+    entry<SaggingTooNear, sagging_too_near>("sagging_too_near"),
+    entry<CableCurves, cable_curves>("cable_curves"),
     entry<BeyondLimits, beyond_limits>("beyond_limits"),
     entry<LimitViolations, limit_violations>("limit_violations"),
     entry<ForwardKinematics, forward_kinematics>("forward_kinematics"),

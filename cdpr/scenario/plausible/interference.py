@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from cdpr.base import tolerances
+from cdpr.cables import bends
 from cdpr.mechanics.assumed_diameters import assumption, least_clearance
 from cdpr.mechanics.contacts import passing
 from cdpr.model.rotations import matrix
@@ -30,4 +31,5 @@ def touching(setup: Setup) -> Iterator[Finding]:
         if least is not None and least[0] < 0.0:
             gap, names = least
             text = passing(names, gap) or f"{names} touch here: their clearance is {1e3 * gap:.4g} mm"
-            yield path, f"{text}{assumption(robot)}"
+            straight = ", along the chords of sagging cables" if bends(robot) else ""
+            yield path, f"{text}{assumption(robot)}{straight}"

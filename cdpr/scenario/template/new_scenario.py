@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from cdpr.base import defaults
+from cdpr.cables import TENSION, commands_of
 from cdpr.model import DOF_NAMES, Robot, rotations
 from cdpr.model.robot import Array
 from cdpr.plugins.registry import Registry
@@ -22,6 +23,7 @@ SHORTEST = 2.0  # s
 GENTLE = 0.05  # highest acceleration, relative to gravity
 PEAK = 10.0 / math.sqrt(3.0)  # acceleration of a quintic move of length 1 in time 1
 REST = 1.0  # s after the move
+ABOVE = 2.0  # pretension, relative to the lowest allowed tension: the motion changes tensions
 DIGITS = 3  # decimals: millimetres for robots of at least a metre
 
 
@@ -38,10 +40,23 @@ def scenario_data(robot: Robot, section: str | dict[str, Any], plugins: Registry
         data["initial"] = {"position": [round(float(part), _digits(robot)) + 0.0 for part in home[:3]]}
     if move:
         data["trajectory"] = {"type": Quintic.kind(), "duration": duration, "to": move}
-    controller = plugins.get("controller", defaults.CONTROLLER).info.options()
-    data["controller"] = {"type": defaults.CONTROLLER, **controller.model_dump(mode="json", by_alias=True)}
+    data["controller"] = controller_data(robot, plugins)
     data["solver"] = {"type": defaults.SOLVER}
     return data
+
+
+def controller_data(robot: Robot | None, plugins: Registry) -> dict[str, Any]:
+    """Return the section of the controller of a new scenario; without a robot, that of the default controller.
+
+    Winches that hold lengths receive lengths, as wrenches act on the platform only as fast as the winches turn.
+    """
+    name, given = defaults.CONTROLLER, dict[str, object]()
+    if robot is not None and TENSION not in commands_of(robot):
+        name, given = defaults.LENGTH_CONTROLLER, {**defaults.LENGTH_OPTIONS}
+        if robot.m > robot.n:  # with fewer cables, the weight determines the tensions
+            given["pretension"] = ABOVE * float(robot.tension_min.max())
+    options = plugins.get("controller", name).info.options(**given)
+    return {"type": name, **options.model_dump(mode="json", by_alias=True)}
 
 
 def _digits(robot: Robot) -> int:

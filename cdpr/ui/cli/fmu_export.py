@@ -72,6 +72,7 @@ def command(
     loaded = load_with_warnings(file, changes)
     import numpy as np
 
+    from cdpr.base.errors import CdprError
     from cdpr.base.needs import of_brake
     from cdpr.cables import ACTUATED, immediate, rubs, takes_lengths, with_model
     from cdpr.cables.brake import brake_of
@@ -119,6 +120,13 @@ def command(
         from cdpr.simulation.exported import control_of
 
         control = control_of(loaded, use)
+    if not controller and (with_winch or only_winch):
+        from cdpr.simulation.step_checks import Circumstances, check_step, empty_drum
+
+        if text := empty_drum(robot, state):
+            raise CdprError(text)
+        about = Circumstances(robot, state, gravity, "the FMU", "--step")
+        check_step(about.with_fixed_platform() if only_winch else about, step, fourth_order=True)
     model: Model
     if control and controller:
         model = Controller(control)

@@ -299,8 +299,9 @@ def _lines(run: Run, least: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
             yield f"{name:<20}{values}"
     if "tension_N" in figures:
         tension = figures["tension_N"]
+        name = "nominal tension" if run.header.takes_lengths else "tension"
         yield (
-            f"{'tension':<20}min {tension['min']:.5g} N   max {tension['max']:.5g} N   "
+            f"{name:<20}min {tension['min']:.5g} N   max {tension['max']:.5g} N   "
             f"largest step {tension['largest_step']:.4g} N"
         )
     if "cable_tension_N" in figures:

@@ -45,6 +45,8 @@ def command(files: tuple[str, ...], changes: tuple[str, ...], strict: bool, as_j
             rows.append({"file": name, "ok": True, **row})
             if not as_json:
                 click.echo(f"{name}: ok ({_brief(row)})")
+                if row.get("unused"):
+                    click.echo(f"  not used by a run: {', '.join(row['unused'])}")
             print_lines([*row["notes"], *warned])
     if as_json:
         click.echo(json.dumps(rows, indent=2))

@@ -25,6 +25,7 @@ from cdpr.ui.report.plots.pictures import pictures_of
 
 DECIMALS = 6  # of lengths and attitudes in frames, m: far below screen resolution
 SEEN = 1e-3  # relative to the characteristic length: cable exits that move less are not redrawn
+CURVE_POINTS = 17  # of a sagging cable
 DECIMALS_N = 3  # of tensions and forces, N
 
 
@@ -120,6 +121,8 @@ class Drawing:
             ends = shown.ends[0]
             frame["exits"] = _short(ends[:, 0].ravel())
             frame["outlines"] = self._outlines(shown, ends)
+        if shown.unwound is not None:
+            frame["curves"] = _short(shown.cable_lines(CURVE_POINTS)[0, :, 1:-1].ravel())
         return frame
 
     def _outlines(self, shown: Pictures, ends: Array) -> list[Any]:

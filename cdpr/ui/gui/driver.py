@@ -18,8 +18,9 @@ from cdpr.base.errors import CdprError, PlantEnded, one_line
 from cdpr.base.redirect_output import redirect_output
 from cdpr.cables import bends
 from cdpr.simulation.clock import next_portion
-from cdpr.simulation.driver import NOT_SIMULATED, Driver
+from cdpr.simulation.driver import Driver
 from cdpr.simulation.requests import Level, Reply, Request, unknown
+from cdpr.simulation.robot_requests import NOT_SIMULATED
 from cdpr.ui.gui.broadcast import Broadcast
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ PATIENCE = 2.0  # s that `close` waits for the current step
 # Status without a simulation, with the keys of `SimulationSession.about`.
 NOTHING: dict[str, Any] = {
     **{"t": 0.0, "duration": 0.0, "status": "", "backend": "", "solver": "", "controller": ""},
-    **{"events": [], "pushes": [], "cables": [], "limits": None, "changeable": []},
+    **{"events": [], "pushes": [], "cables": [], "winches": [], "limits": None, "changeable": []},
 }
 
 Phase = Literal["building", "ready", "running", "paused", "done", "ended", "failed"]
@@ -150,7 +151,6 @@ class WindowDriver(Driver):
 
     def _begin(self, scenario: Scenario) -> None:
         """Build a new simulation; if that fails, report it as a status and keep the last scene."""
-        from cdpr.mechanics.sag import DRAWN
         from cdpr.ui.gui.session import SimulationSession
 
         self._scenario = scenario
@@ -165,7 +165,7 @@ class WindowDriver(Driver):
         self.most = FIRST_PORTION
         self._go_to("ready", "")
         if bends(scenario.robot):
-            self._to_all("info", DRAWN)
+            self._to_all("info", "Until the run starts, cables that sag are drawn as straight lines.")
         self._publish(everything=True)
 
     def perform(self, request: Request) -> object:
@@ -189,7 +189,7 @@ class WindowDriver(Driver):
             if self._session is None:
                 raise CdprError(NOT_SIMULATED)
             return getattr(self._session, what)  # type: ignore[no-any-return]
-        if what in ("wrench", "tension"):  # no window sends streams
+        if what in ("wrench", "tension", "winch_command"):  # no window sends streams
             raise unknown(what)
         return super().handler(what)
 
@@ -232,7 +232,7 @@ class WindowDriver(Driver):
         """Simulate n steps and set the phase if the run ends."""
         assert self._session is not None
         try:
-            self._session.step(n)
+            self._session.step(n, super().step)
         except CdprError as error:
             self._go_to("ended" if isinstance(error, PlantEnded) else "failed", str(error))
         else:
@@ -271,4 +271,5 @@ class WindowDriver(Driver):
         about = NOTHING if self._session is None else self._session.about(self.acting())
         rtf = self.pacing.factor(self.simulation.time) if self._phase == "running" else None
         pace = {"phase": self._phase, "speed": self.pacing.speed, "rtf": rtf, "text": self._text}
+        pace["manual"] = self._session is not None and self.manual.active
         self._broadcast.put({"kind": "status", **about, **pace})

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from cdpr.base.errors import CdprError, OutputError
+from cdpr.cables import TENSION, commands_of, takes_lengths
 from cdpr.log.event import Event
 from cdpr.log.interference import cables_in_contact
 from cdpr.log.rows import IN_MEMORY
@@ -88,11 +89,11 @@ class SimulationSession:
         """Control period, s."""
         return self.scenario.simulation.control_step
 
-    def step(self, n: int) -> None:
-        """Simulate n control steps, or those that remain; exceptions that end the run early are raised."""
+    def step(self, n: int, step: Callable[[int], None]) -> None:
+        """Simulate n control steps, or those that remain, by `step`; exceptions that end the run early are raised."""
         try:
             while n > 0 and not self._sim.done:
-                self._sim.step(min(n, BLOCK))
+                step(min(n, BLOCK))
                 n -= BLOCK
                 if self._sim.samples - self._processed > BLOCK:
                     self._process_rows()
@@ -139,6 +140,7 @@ class SimulationSession:
                 {"name": cable.name, **{fate: fates.get(cable.name) == fate for fate in FATES}}
                 for cable in scenario.robot.cables
             ],
+            "winches": self._winches(),
             "limits": self._in_force(events),
             "backend": scenario.simulation.backend,
             "solver": scenario.solver.type,
@@ -192,6 +194,19 @@ class SimulationSession:
                     high[i] = high[i] if event.max is None else event.max
         return in_json(low, high)
 
+    def _winches(self) -> list[dict[str, Any]]:
+        """Return the winches that take lengths or rates, with their cables and present unwound lengths, m."""
+        robot, sim = self.scenario.robot, self._sim
+        takes = commands_of(robot)
+        if not takes_lengths(robot) or not sim.samples:
+            lengths: list[float | None] = [None] * robot.m
+        else:
+            lengths = sim.row[self._drawing.header.layout.columns["unstretched_length"]].round(6).tolist()
+        every = zip(robot.cables, takes, lengths, strict=True)
+        return [
+            {"name": cable.name, "takes": each, "unwound": length} for cable, each, length in every if each != TENSION
+        ]
+
     def save_session(self, out: str) -> str:
         """Save the session; overwrite only files that this simulation has saved."""
         path = Path(named(out))
@@ -209,7 +224,7 @@ class SimulationSession:
             raise CdprError("save_run: no sample is complete before the first step")
         run = save(self._sim.so_far(), folder_name(out) if out else None, scenario=self.scenario.yaml_in)
         assert run.folder is not None
-        if len(self._sim.events) > len(self.scenario.events):
+        if self._sim._runner.session:
             self._sim.save(Path(run.folder) / SESSION_NAME)
         touch = cables_in_contact(self.scenario.robot, run, self.scenario.obstacles)
         return partial(_report, run, Path(run.folder), touch)

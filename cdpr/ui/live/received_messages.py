@@ -13,7 +13,7 @@ from cdpr.log.ros2 import decode
 from cdpr.log.topics import WORLD
 from cdpr.simulation.requests import Request
 
-TARGET, WRENCH, TENSION = "/cdpr/target_pose", "/cdpr/wrench", "/cdpr/tension"
+TARGET, WRENCH, TENSION, WINCH = "/cdpr/target_pose", "/cdpr/wrench", "/cdpr/tension", "/cdpr/winch_command"
 MOST = 65536  # maximum size of a message, bytes
 
 
@@ -81,19 +81,31 @@ def _wrench(message: dict[str, Any]) -> Request:
 
 
 def _tension(message: dict[str, Any]) -> Request:
-    effort, names = message.get("effort"), message.get("name", [])
-    if not isinstance(effort, list):
-        raise ValueError(f"effort: expected a list of tensions (N), got {shown(effort)}")
-    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise ValueError(f"name: expected a list of names of cables, got {shown(names)}")
-    return Request("tension", {"tension": [_number(value, "effort") for value in effort], "names": names})
+    effort = _list(message, "effort", "tensions (N)")
+    if "effort" not in message:
+        raise ValueError("effort: required but not given: a list of tensions (N)")
+    return Request("tension", {"tension": [_number(value, "effort") for value in effort], "names": _names(message)})
 
 
-KNOWN = {TARGET: _target, WRENCH: _wrench, TENSION: _tension}
+def _winch(message: dict[str, Any]) -> Request:
+    """Return the request of lengths, rates and tensions; NaN, or null in JSON, is no value."""
+    values = {
+        quantity: [_optional(value, name) for value in _list(message, name, what)]
+        for quantity, name, what in (
+            ("length", "position", "lengths (m)"),
+            ("rate", "velocity", "rates (m/s)"),
+            ("tension", "effort", "tensions (N)"),
+        )
+    }
+    return Request("winch_command", {"names": _names(message), **values})
+
+
+KNOWN = {TARGET: _target, WRENCH: _wrench, TENSION: _tension, WINCH: _winch}
 KINDS = {
     TARGET: "geometry_msgs/PoseStamped",
     WRENCH: "geometry_msgs/WrenchStamped",
     TENSION: "sensor_msgs/JointState",
+    WINCH: "sensor_msgs/JointState",
 }
 
 
@@ -113,6 +125,25 @@ def _part(message: dict[str, Any], name: str) -> dict[str, Any]:
     if not isinstance(part, dict):
         raise ValueError(f"{name}: expected an object, got {shown(part)}")
     return part
+
+
+def _list(message: dict[str, Any], name: str, what: str) -> list[Any]:
+    values = message.get(name, [])
+    if not isinstance(values, list):
+        raise ValueError(f"{name}: expected a list of {what}, got {shown(values)}")
+    return values
+
+
+def _names(message: dict[str, Any]) -> list[str]:
+    names = message.get("name", [])
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise ValueError(f"name: expected a list of names of cables, got {shown(names)}")
+    return names
+
+
+def _optional(value: object, name: str) -> float | None:
+    missing = value is None or (isinstance(value, float) and math.isnan(value))
+    return None if missing else _number(value, name)
 
 
 def _numbers(part: dict[str, Any], name: str, axes: str) -> list[float]:

@@ -42,6 +42,15 @@ def test_it_prints_a_summary_and_the_folder_last(tmp_path):
     assert told["argv"][1:3] == ["run", CAROCA]
 
 
+def test_commanded_tensions_of_length_winches_are_called_nominal(tmp_path):
+    done = cdpr_here("run", "camera_robot", *SHORT, "--out", "here", cwd=tmp_path)
+    lines = {line[:20].strip(): line[20:].strip() for line in done.stdout.splitlines()}
+    tension = json.loads((tmp_path / "here" / "run.json").read_text())["summary"]["cable_tension_N"]
+    assert lines["in the cables"] == f"min {tension['min']:.5g} N   max {tension['max']:.5g} N"
+    assert lines["nominal tension"].startswith("min ")
+    assert "tension" not in lines
+
+
 @pytest.mark.core
 def test_stdout_contains_only_json(tmp_path):
     done = cdpr_here("run", CAROCA, *SHORT, "--backend", "mujoco", "--out", "here", "--json", cwd=tmp_path)

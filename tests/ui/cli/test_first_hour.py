@@ -18,6 +18,7 @@ from spread import sampled
 
 import cdpr
 from cdpr.base.errors import ExitCode
+from cdpr.cables import commands_of
 from cdpr.native import library as native
 from cdpr.native.operations import target
 from cdpr.plugins.registry import OWN_DISTRIBUTION, registry
@@ -102,17 +103,26 @@ def test_a_new_scenario_for_any_robot(here, path):
     assert ("trajectory" in yaml.safe_load((here / "sub.yaml").read_text())) == moves
 
 
-LAGS = pytest.mark.xfail(reason="wrenches through position servos that lag: tensions leave their limits", strict=True)
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "path", [pytest.param(path, marks=LAGS if path.stem == "cogiro_servos" else ()) for path in ROBOTS]
-)
+@pytest.mark.parametrize("path", ROBOTS, ids=lambda path: path.stem)
 def test_a_new_scenario_for_any_robot_runs(here, path):
     run("new", "scenario", "sub.yaml", "--robot", str(path))
     figures = cdpr.simulate("sub.yaml").summary()
     assert (figures["status"], figures["infeasible_steps"]) == ("finished", 0)
+    assert not any(figures.get("beyond_limits_steps", {}).values())
+
+
+@pytest.mark.parametrize("name", ["cogiro_servos", "v_plotter"])
+def test_a_new_scenario_for_position_servos_commands_lengths(here, name):
+    """Wrenches through servos that lag leave the limits of the tensions."""
+    run("new", "scenario", "sub.yaml", "--robot", name)
+    scenario = load_scenario("sub.yaml")
+    assert commands_of(scenario.robot) == ["length"] * scenario.robot.m
+    assert scenario.controller.type == "inverse_kinematics"
+    assert scenario.controller_options.flex_compensation
+    overrides = {"trajectory": {"type": "hold"}, "simulation.duration": 0.1}
+    held = cdpr.simulate("sub.yaml", overrides=overrides)
+    assert held.summary()["position_error_m"]["max"] < 1e-6  # m: the accuracy of resting poses in the issue
 
 
 def test_every_key_has_a_comment_from_the_schema(here):

@@ -43,6 +43,12 @@ def test_good_files(folder):
     assert result.stderr == ""
 
 
+def test_unused_keys_are_listed():
+    idle = "robot.winch={type: position, drum_radius: 0.05, velocity_gain: 3}"  # a gain without an inertia
+    result = run(validate, str(ROOT / "scenarios" / "camera_robot.yaml"), "--set", idle)
+    assert result.stdout.splitlines()[1:] == ["  not used by a run: robot.winch.velocity_gain"]
+
+
 def test_all_files_are_checked_though_one_is_bad(folder):
     break_file(folder)
     result = run(validate, "scenarios/caroca.yaml", "nothing.yaml", "scenarios/winch.yaml")

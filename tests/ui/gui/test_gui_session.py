@@ -6,6 +6,7 @@ import time
 from threading import Event
 
 import pytest
+from conftest import ROOT
 from driver_cases import PATIENCE, running_driver, scenario, until, wait
 
 import cdpr
@@ -84,6 +85,35 @@ def test_a_session_repeats_to_the_bit(backend, tmp_path, no_report):
     rows = cdpr.load_run(tmp_path / "run").rows.tobytes()
     assert cdpr.simulate(tmp_path / "session.yaml").rows.tobytes() == rows
     assert cdpr.simulate(tmp_path / "run" / "session.yaml").rows.tobytes() == rows
+
+
+def test_jogs_are_shown_and_repeat_to_the_bit(tmp_path, no_report):
+    live = load_scenario(ROOT / "scenarios" / "camera_robot.yaml", overrides={"simulation.duration": 0.3})
+    with running_driver(live) as it:
+        it.phase("ready")
+        status = wait(it.broadcast, "status")
+        assert [winch["takes"] for winch in status["winches"]] == ["length"] * 4
+        assert not status["manual"]
+        it.do("step", n=10)
+        it.do("jog", cable="cable_2", rate=0.05)
+        it.do("step", n=50)
+        assert it.said() == []
+        jogged = it.broadcast.latest("status")
+        assert jogged["manual"]
+        it.do("hold")
+        it.do("step", n=5)
+        it.do("control")
+        it.do("speed", value=None)
+        it.do("run")
+        assert not it.phase("done")["manual"]
+        it.do("save_run", out=str(tmp_path / "run"))
+        until(lambda: it.told)
+    run = cdpr.load_run(tmp_path / "run")
+    command = run["winch_command"][:, 1]
+    assert command[59] - command[9] == pytest.approx(50 * 0.05 * 0.002, abs=1e-12)
+    assert command[59:65].tolist() == [command[59]] * 6
+    assert jogged["winches"][1]["unwound"] == round(run["unstretched_length"][59, 1], 6)
+    assert cdpr.simulate(tmp_path / "run" / "session.yaml").rows.tobytes() == run.rows.tobytes()
 
 
 @pytest.mark.slow

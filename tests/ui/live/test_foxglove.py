@@ -24,7 +24,7 @@ import cdpr
 from cdpr.base.errors import CdprError
 from cdpr.log.reader import load_run
 from cdpr.ui.live import messages
-from cdpr.ui.live.received_messages import TARGET, TENSION, WRENCH, request_of
+from cdpr.ui.live.received_messages import TARGET, TENSION, WINCH, WRENCH, request_of
 
 foxglove = pytest.importorskip("cdpr.ui.live.foxglove")
 
@@ -104,6 +104,7 @@ def test_requests_are_events():
     assert np.abs(run.position[-1] - [0.2, 0.1, 1.3]).max() < 1e-3
 
 
+CAMERA = ROOT / "scenarios" / "camera_robot.yaml"
 BAD = {
     "expected JSON": (WRENCH, b"{", "/cdpr/wrench: "),
     "a list": (WRENCH, [], "/cdpr/wrench: expected an object"),
@@ -119,6 +120,13 @@ BAD = {
     "far": (TARGET, {"pose": {"position": {"x": 1e9}, "orientation": UPRIGHT}}, "target: "),
     "at once": (TARGET, {"pose": {"position": {}, "orientation": UPRIGHT}, "duration": 0.0}, "target: "),
     "too few": (TENSION, {"effort": [1.0]}, "tension: "),
+    "no list": (WINCH, {"position": 3.0}, "/cdpr/winch_command: position: expected a list of lengths (m), got 3.0"),
+    "infinite": (WINCH, b'{"velocity": [1e999]}', "/cdpr/winch_command: velocity: expected a finite number, got inf"),
+    "a length": (
+        WINCH,
+        {"position": [3.0] * 8},
+        "winch_command: cable 'cable_1': its winch takes a tension",
+    ),
     "long": (WRENCH, b"[" * 70000, "it is longer than 65536 bytes"),
     "deep": (WRENCH, b"[" * 60000, "/cdpr/wrench: "),
     "misspelt": ("/cdpr/wrenhc", {}, "/cdpr/wrenhc: unknown topic; did you mean '/cdpr/wrench'"),
@@ -162,6 +170,33 @@ def test_tensions_from_outside_take_the_place_of_the_solvers():
     given = (found["run"].tension == 400.0).all(axis=1)
     assert 50 < given.sum() < 1490
     assert not given[-1]
+
+
+def test_winches_move_by_messages_and_the_session_repeats_them(tmp_path):
+    """A length at once, a move to a length, and a rate; null is no value."""
+    with running(0.6, out=str(tmp_path / "run"), held=True, file=CAMERA) as (link, found, said), client(link) as seen:
+        seen.subscribe("/clock")
+        assert seen.call("/cdpr/step")["success"]
+        message = {"name": ["cable_3", "cable_1"], "position": [None, 3.3], "velocity": [-0.05, 2.0]}
+        seen.publish(WINCH, message)
+        seen.publish(WRENCH, {"wrench": {"force": {"y": 5.0}, "torque": {}}})
+        assert seen.call("/cdpr/resume")["success"]
+        seen.more("/clock", 6)
+        seen.publish(WINCH, {"name": ["cable_2"], "position": [3.41]})
+        seen.more("/clock", 6)
+        seen.publish(WINCH, {})
+    assert said == []
+    run = found["run"]
+    command, step = run["winch_command"], 0.002
+    moved = np.flatnonzero(np.diff(command[:, 2]))
+    first, stop = int(moved[0]) + 1, int(np.flatnonzero(command[:, 1] == 3.41)[-1]) + 1
+    np.testing.assert_allclose(np.diff(command[first - 1 : stop, 2]), -0.05 * step, rtol=0, atol=1e-12)
+    assert command[stop - 1, 0] == 3.3
+    assert np.array_equal(command[first:stop, 3], np.full(stop - first, command[first - 1, 3]))
+    plain = cdpr.simulate(CAMERA, overrides={"simulation.duration": 0.6})
+    assert np.array_equal(command[stop:], plain["winch_command"][stop:])
+    assert any(event.text.startswith("the command was given from outside") for event in run.events)
+    assert cdpr.simulate(tmp_path / "run" / "session.yaml").rows.tobytes() == run.rows.tobytes()
 
 
 def test_it_can_be_held_stepped_and_begun_anew():

@@ -23,6 +23,7 @@ POSE, TARGET, WRENCH, TENSION = "/cdpr/platform/pose", "/cdpr/target_pose", "/cd
 STAMPED_POSE, STAMPED_WRENCH = "geometry_msgs/msg/PoseStamped", "geometry_msgs/msg/WrenchStamped"
 JOINTS, CLOCK, TF = "sensor_msgs/msg/JointState", "rosgraph_msgs/msg/Clock", "tf2_msgs/msg/TFMessage"
 M = 8
+CAMERA = ROOT / "scenarios" / "camera_robot.yaml"
 WINCHES = ROOT / "scenarios" / "winch.yaml"
 
 
@@ -120,7 +121,7 @@ def test_all_that_the_node_has_is_declared(port):
             kind = token[10].replace("::dds_::", "::").replace("::", "/").removesuffix("_")
             assert token[11] == TYPES.hash_rihs01(kind)
     assert held["NN"] == {""}
-    assert held["MS"] == {"%cdpr%target_pose", "%cdpr%wrench", "%cdpr%tension"}
+    assert held["MS"] == {"%cdpr%target_pose", "%cdpr%wrench", "%cdpr%tension", "%cdpr%winch_command"}
     assert {"%clock", "%tf", "%cdpr%platform%pose", "%cdpr%cable_states", "%cdpr%markers"} <= held["MP"]
     triggers = {f"%cdpr%{name}" for name in ("pause", "resume", "step", "reset", "stop")}
     asked = ("describe_parameters", "get_parameters", "get_parameter_types", "list_parameters", "set_parameters")
@@ -159,6 +160,26 @@ def test_tensions_are_those_of_the_cables_that_are_named(port):
     given = (found["run"].tension == wanted).all(axis=1)
     assert 50 < given.sum() < 1490
     assert not given[-1]
+
+
+@pytest.mark.slow
+def test_commands_of_winches_have_nan_for_no_value(port):
+    with seen_of(port, duration=0.6, file=CAMERA) as (_, found, said), node(port) as seen:
+        seen.subscribe("/clock", CLOCK)
+        seen.trigger("step")
+        order = ["cable_4", "cable_2"]
+        values = {"position": [3.3, np.nan], "velocity": [np.nan, 0.02], "effort": []}
+        values = {name: np.array(each, float) for name, each in values.items()}
+        seen.publish("/cdpr/winch_command", JOINTS, serialize(JOINTS, header=header(""), name=order, **values))
+        seen.trigger("resume")
+        seen.more("/clock", 12)
+    assert said == []
+    command = found["run"]["winch_command"]
+    given = command[:, 3] == 3.3
+    assert 20 < given.sum() < 301
+    assert given[-1]
+    np.testing.assert_allclose(np.diff(command[given, 1])[:-1], 0.02 * 0.002, rtol=0, atol=1e-12)
+    assert np.array_equal(command[given, 0], np.full(given.sum(), command[given, 0][0]))
 
 
 def heard(said, text):

@@ -23,6 +23,8 @@ ONCE = re.compile(r"^\s*#\s*pragma once\n", re.MULTILINE)
 VITAL = ("IGNORED", "ANSWER", "FINITE")  # in the order of cdpr/calls.hpp
 # Of controllers that command rates, or lengths by ideal drives.
 MEASURE = """
+#define CDPR_MEASURE 1 /* this controller needs measured unwound lengths */
+
 /* Take the measured unwound lengths of the cables (CDPR_CABLES), m; call it before each cdpr_step. Without it, all
    commanded rates are 0. */
 int cdpr_measure(cdpr_robot* robot, const double unwound[CDPR_CABLES]);

@@ -14,7 +14,7 @@ import yaml
 
 from cdpr.base.errors import CdprError, FormatError, OutputError
 from cdpr.base.problems import dotted
-from cdpr.cables import takes_lengths
+from cdpr.cables import LENGTH, RATE, TENSION, commands_of
 from cdpr.formats.write.native import HEADER, NUMBERS, native_files
 from cdpr.log.files import NAME_OR_FORCE_IN_PYTHON, create, replace
 from cdpr.scenario import Scenario
@@ -36,6 +36,7 @@ LAYOUT = {
     "CMakeLists.txt": "{name}_interfaces/CMakeLists.txt",
     "DistributeWrench.srv": "{name}_interfaces/srv/DistributeWrench.srv",
 }
+FIELD = {LENGTH: "POSITION", RATE: "VELOCITY", TENSION: "EFFORT"}  # of JointState, for commands of winches
 FIRST = LAYOUT["README.md"]  # file that is written first
 CONTROL = {
     "control_package.xml": "{name}_control/package.xml",
@@ -109,11 +110,6 @@ def packages(scenario: Scenario) -> tuple[dict[str, bytes], list[str]]:
     }
     layout, left_out = LAYOUT, []
     try:
-        if takes_lengths(scenario.robot):
-            raise CdprError(
-                "its messages contain tensions, and winches take lengths or rates; `cdpr export --to native` exports "
-                "this controller"
-            )
         native = native_files(scenario)
     except CdprError as error:
         left_out.append(f"the controller as a C++ node: {error}")
@@ -123,9 +119,16 @@ def packages(scenario: Scenario) -> tuple[dict[str, bytes], list[str]]:
         layout = LAYOUT | CONTROL
         left_out += [f"of the controller as a C++ node: {each}" for each in omitted(scenario, "native")]
     left_out += omitted(scenario, "ros2")
+    words = {
+        "@PACKAGE@": name,
+        "@DESCRIPTION@": description,
+        "@FIELDS@": ", ".join(f"Field::{FIELD[takes]}" for takes in commands_of(scenario.robot)),
+        "@NAMES@": ", ".join(f'"{cable.name}"' for cable in scenario.robot.cables),
+    }
     for source, path in layout.items():
-        template = (FILES / f"{source}.in").read_text(encoding="utf-8")
-        filled = template.replace("@PACKAGE@", name).replace("@DESCRIPTION@", description)
+        filled = (FILES / f"{source}.in").read_text(encoding="utf-8")
+        for word, value in words.items():
+            filled = filled.replace(word, value)
         found[path.format(name=name)] = filled.encode()
     return dict(sorted(found.items())), left_out
 

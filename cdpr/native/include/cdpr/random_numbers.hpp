@@ -18,6 +18,13 @@ template <class T> CDPR_INLINE T rounded(T x) {
     return (x + SHIFT) - SHIFT;
 }
 
+// Return the nearest multiple of a step; the value itself where it is so large that doubles resolve no more steps.
+inline double nearest_multiple(double value, double step) {
+    constexpr double MANY = 1e15;
+    const double steps = value / step;
+    return steps < MANY && steps > -MANY ? rounded(steps) * step : value;
+}
+
 // x modulo a whole number m; x a whole number below 2^53 in size.
 template <class T> CDPR_INLINE T modulo(T x, double m) {
     const T rest = x - rounded(x * T(1.0 / m)) * T(m);

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Any
 
 from cdpr.base import defaults
@@ -12,7 +13,7 @@ from cdpr.plugins.registry import Registry
 from cdpr.scenario import load_robot
 from cdpr.scenario.schema import ScenarioSection
 from cdpr.scenario.source import stem
-from cdpr.scenario.template import Sizes, commented, robot_text
+from cdpr.scenario.template import Sizes, commented, controller_data, robot_text
 from cdpr.simulation.trial_runs import WARNING, scenario_with_trials
 from cdpr.ui.gui.editor.files import File, named
 
@@ -79,17 +80,14 @@ def around(robot: File, plugins: Registry) -> File:
         name = os.path.join(folder, f"{base}_scenario_{count}.yaml")
     data: dict[str, Any] = {"robot": os.path.basename(robot.name)}
     data["simulation"] = {"backend": defaults.BACKEND, "duration": DURATION, "control_step": 0.001}
-    try:
+    loaded = None
+    with suppress(CdprError):  # the form reports it
         loaded = load_robot(robot.name, text=robot.text)
-    except CdprError:
-        pass  # the form reports it
-    else:
-        if loaded.home is None:
-            from cdpr.mechanics.properties import home_pose  # expensive import
+    if loaded is not None and loaded.home is None:
+        from cdpr.mechanics.properties import home_pose  # expensive import
 
-            data["initial"] = {"position": [float(part) for part in home_pose(loaded)[0][:3]]}
-    options = plugins.get("controller", defaults.CONTROLLER).info.options()
-    data["controller"] = {"type": defaults.CONTROLLER, **options.model_dump(mode="json", by_alias=True)}
+        data["initial"] = {"position": [float(part) for part in home_pose(loaded)[0][:3]]}
+    data["controller"] = controller_data(loaded, plugins)
     data["solver"] = {"type": defaults.SOLVER}
     text = commented(ScenarioSection, data, plugins, HEAD)
     return File(name, text, first=text, fixed=NO_FILE)

@@ -1,4 +1,4 @@
-// Disturbances of a running robot: pushes, payloads, cable faults, limits and targets; and saving the session.
+// Disturbances of a running robot: pushes, payloads, cable faults, limits, targets and jogs; and saving the session.
 
 class Disturb {
   constructor(home, live) {
@@ -6,7 +6,7 @@ class Disturb {
     this.pushes = make("span", { className: "pushes" });
     this.cable = make("select", { id: "cable", "aria-label": "Cable to cut or jam" });
     this.changes = live.output.tabs.panel("change", "Change");
-    this.parts = [this.push(), this.payload(), this.cables(), this.limits(), this.target()];
+    this.parts = [this.push(), this.payload(), this.cables(), this.limits(), this.target(), this.winches()];
     home.append(...this.parts, this.saving());
   }
 
@@ -96,6 +96,37 @@ class Disturb {
       button("Here", here, { title: "Fill in the current pose" }));
   }
 
+  // Jog of single winches that take lengths or rates; all others hold.
+  winches() {
+    const label = "Winch to jog", rate = this.numbers("Jog rate", [""], "m/s", ["0.05"]), end = this.numbers("Jog to", [""], "m", [""]);
+    rate.inputs[0].title = "Positive pays out, negative winds in";
+    end.inputs[0].title = "Unwound length at which the winch stops; empty: it winds until Hold";
+    this.winch = make("select", { id: "winch", "aria-label": label });
+    this.unwound = make("output", { className: "unit", "aria-label": "Unwound length", title: "Unwound length" });
+    const act = () => {
+      const [speed, length] = [this.read(rate), this.read(end)];
+      if (!speed || !length) return;
+      const to = length[0] === null ? {} : { length: length[0] };
+      this.live.send({ do: "jog", cable: this.winch.value, rate: speed[0], ...to });
+    };
+    const hold = button("Hold", () => this.live.send({ do: "hold" }), { title: "All winches hold their lengths; the controller has no effect" });
+    this.back = button("Controller", () => this.live.send({ do: "control" }), { title: "Return control of the winches to the controller" });
+    this.winch.addEventListener("change", () => {
+      this.live.select([...this.cable.options].findIndex(({ value }) => value === this.winch.value));
+      this.measure();
+    });
+    this.winch.addEventListener("blur", () => this.live.select(null));
+    this.jog = this.part("Winch", this.winch, this.unwound, rate.root, end.root, button("Jog", act), hold, this.back);
+    this.jog.hidden = true;
+    return this.jog;
+  }
+
+  // Present unwound length of the chosen winch.
+  measure() {
+    const length = this.wound.find(({ name }) => name === this.winch.value)?.unwound;
+    setText(this.unwound, Number.isFinite(length) ? `${length.toFixed(4)} m` : "");
+  }
+
   saving() {
     const { files } = this.live;
     const run = files.keep("save_run", "Save the run as a folder", "", "a new one in runs/");
@@ -112,7 +143,7 @@ class Disturb {
   }
 
   // Ended or failed runs cannot be disturbed, but can be saved.
-  show({ phase, cables = [], pushes = [], changeable = [] }) {
+  show({ phase, cables = [], pushes = [], changeable = [], winches = [], manual = false }) {
     for (const part of this.parts) {
       part.disabled = OVER.includes(phase);
       part.title = part.disabled ? "The run is over: reset it, or run it again" : "";
@@ -128,6 +159,12 @@ class Disturb {
       this.pushes.replaceChildren(...pushes.map(chip));
     }
     this.change(changeable);
+    const names = winches.map(({ name }) => name);
+    if (String(names) !== String(this.wound?.map(({ name }) => name))) this.winch.replaceChildren(...names.map((name) => option(name, name)));
+    Object.assign(this, { wound: winches });
+    this.jog.hidden = !winches.length;
+    this.back.disabled = !manual;
+    this.measure();
   }
 
   // Other changeable options, as listed by the server.

@@ -27,6 +27,7 @@ class LiveFilm extends Film {
       state: frame.state,
       force,
       exits: frame.exits || null,
+      curves: frame.curves || null,
     });
     this.last.n = frame.n;
     this.last.t = frame.t;

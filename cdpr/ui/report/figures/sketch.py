@@ -11,6 +11,7 @@ import numpy as np
 from cdpr.model import rotations
 from cdpr.model.robot import Array
 from cdpr.scene import Pictures, Subject, colours, solid
+from cdpr.scene.pictures import FINEST
 from cdpr.scene.shapes import CUBE, EDGES, radius_around, world_origin
 from cdpr.ui.report.figures.legend import LETTER, LINE, legend_width, write_legend
 from cdpr.ui.report.figures.panels import TOP, WIDTH
@@ -117,6 +118,12 @@ def _segments(frame: Frame, view: Array, pairs: Sequence[tuple[Array, Array]], *
     frame.line(x, y, {"solid_capstyle": "round", **look})
 
 
+def _line(frame: Frame, view: Array, points: Array, **look: Any) -> None:
+    """Draw points (k, 3) in space as one line."""
+    x, y = np.concatenate([points @ view[:2].T, np.full((1, 2), np.nan)]).T
+    frame.line(x, y, {"solid_capstyle": "round", **look})
+
+
 def _world_axes(frame: Frame, view: Array, size: float) -> Entry:
     """Draw the world axes at the origin; they also serve as the scale."""
     power = 10.0 ** np.floor(np.log10(0.12 * size))
@@ -133,22 +140,22 @@ def _world_axes(frame: Frame, view: Array, size: float) -> Entry:
 def _motion(frame: Frame, scene: Pictures, view: Array, rows: list[int]) -> list[Entry]:
     """Draw cables and platform in the first and the last of `rows`, and the path in between."""
     subject, start, end = scene.subject, rows[0], rows[-1]
+    lines = scene.cable_lines(FINEST)
     moves = len(scene.time) > 1
     if moves:
         p, R = scene.position[start], rotations.matrix(scene.orientation[start])
-        (ends,) = subject.ends(scene.position[[start]], scene.orientation[[start]])
-        _segments(frame, view, list(ends), **START, zorder=1.5)
+        _segments(frame, view, [pair for line in lines[start] for pair in pairwise(line)], **START, zorder=1.5)
         _platform(frame, subject, view, p, R, {"edgecolor": START["color"], "facecolor": "none", "zorder": 1.6})
     p, R = scene.position[end], rotations.matrix(scene.orientation[end])
     face = subject.colours.get("platform", colours.BODY.light)
     _platform(frame, subject, view, p, R, {"edgecolor": INK, "facecolor": face, "zorder": 2.5})
-    (ends,) = subject.ends(scene.position[[end]], scene.orientation[[end]])
+    ends = scene.ends[end]
     broken = subject.broken_by(float(scene.time[-1]))
     for line in subject.exit_lines(ends):
         _segments(frame, view, list(pairwise(line)), color=INK, linewidth=0.8, zorder=3.2)
-    for name, (a, b), look in zip(subject.cables, ends, cable_looks(subject.cables), strict=True):
+    for name, line, look in zip(subject.cables, lines[end], cable_looks(subject.cables), strict=True):
         if name not in broken:
-            _segments(frame, view, [(a, b)], **look, linewidth=1.3, zorder=3)
+            _line(frame, view, line, **look, linewidth=1.3, zorder=3)
     x, y = view[:2] @ ends.reshape(-1, 3).T
     frame.line(x, y, {"linestyle": "", "marker": "o", "markersize": 2.6, "color": INK, "zorder": 3.5})
     if not moves:

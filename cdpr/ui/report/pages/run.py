@@ -13,7 +13,7 @@ import numpy as np
 from cdpr.log import run_json
 from cdpr.log.files import replace_markup
 from cdpr.log.run import Run
-from cdpr.mechanics.sag import DRAWN
+from cdpr.mechanics.sag import STRAIGHT
 from cdpr.ui.report.pages import tables
 from cdpr.ui.report.pages.page import figure, page, panels, section, theatre
 from cdpr.ui.report.pages.still import still
@@ -103,8 +103,8 @@ def _figure(run: Run, drawing: Drawing, data: dict[str, Any] | None) -> str:
     key = drawing.name.lower()
     live = viewer(data) if drawing.panels is None and data is not None else panels(key)
     caption = drawing.caption.format(length=f"{run.header.characteristic_length:.4g}")
-    if drawing.panels is None and run.header.layout.has("sagging"):
-        caption += f" {DRAWN[0].upper()}{DRAWN[1:]}."
+    if drawing.panels is None and run.header.layout.has("sagging") and not run.header.spans:
+        caption += f" {STRAIGHT}"  # a log of an earlier version
     return figure(
         key,
         drawing.title,

@@ -62,11 +62,12 @@ def summary(run: Run, least: Mapping[str, Mapping[str, Any]], touch: str | None 
         errors.append((f"{name} ({unit})", *(number(scale * figures[key][part]) for part in ("max", "rms", "final"))))
     out += table(errors, ("Norm of the error", "largest", "rms", "final")) + "\n"
     tension, energy = figures["tension_N"], figures["energy_J"]
+    kind = "nominal tension" if run.header.takes_lengths else "tension"
     rows = [
-        ("Smallest tension (N)", number(tension["min"])),
-        ("Largest tension (N)", number(tension["max"])),
+        (f"Smallest {kind} (N)", number(tension["min"])),
+        (f"Largest {kind} (N)", number(tension["max"])),
         *_true(figures),
-        ("Largest change of a tension from one sample to the next (N)", number(tension["largest_step"])),
+        (f"Largest change of a {kind} from one sample to the next (N)", number(tension["largest_step"])),
         ("Smallest margin to a limit (N)", number(figures["margin_min_N"])),
         ("Largest residual of the distribution (N)", number(figures["residual_max_N"])),
         *([("Smallest clearance (m)", _clearance(figures))] if "clearance_min_m" in figures else []),

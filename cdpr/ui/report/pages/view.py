@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from cdpr.analysis.distribution.survey import Survey
+from cdpr.mechanics.sag import STRAIGHT
 from cdpr.scene import Pictures
 from cdpr.ui.report.pages.page import banner, figure, page, panels, section, theatre
 from cdpr.ui.report.pages.still import still_panels, still_scene
@@ -40,6 +41,8 @@ def render_view(title: str, figures: Mapping[str, Any], shown: Pictures, survey:
     shades = [] if survey is None else unheld(survey)
     data = page_data(None, scenes, drawn, arrays, span, shades)
     about = ROBOT if survey is None else MOTION
+    if shown.subject.spans:
+        about += f" {STRAIGHT}"
     gallery = [
         figure(key, name, still_panels(which, span, shades, name), about, live=panels(key))
         for key, (name, which) in found.items()

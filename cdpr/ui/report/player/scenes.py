@@ -18,6 +18,7 @@ from cdpr.ui.report.plots.pictures import frames, pictures_of
 
 UNMARKED: Mapping[str, Any] = MappingProxyType({})
 MOST_OUTLINES = 40  # frames with outlines of the cable exits, which turn slowly
+VISIBLE = 5e-4  # relative to the diagonal of the scene: deviation of a drawn cable, about half a pixel
 FAR = 1.0  # in robot sizes; positions farther away do not enlarge the view
 
 
@@ -59,6 +60,10 @@ def scene(shown: Pictures, arrays: Arrays, label: str = "") -> dict[str, Any]:
     if subject.exits:
         out["exits"] = arrays.fine(shown.ends[:, :, 0])
         out["outlines"] = _outlines(shown, arrays)
+    low, high = out["bounds"]
+    lines = shown.thinned_lines(VISIBLE * float(np.linalg.norm(np.subtract(high, low))))
+    if lines.shape[2] > 2:
+        out["curves"] = arrays.fine(lines[:, :, 1:-1])
     return out
 
 

@@ -37,5 +37,6 @@ def pictures_of(run: Run, rows: NDArray[np.int64] | None = None) -> Pictures:
         command=shown.tension,
         desired=(shown.desired_position, shown.desired_orientation),
         force=shown.external[:, :3],
+        unwound=shown.unstretched_length if run.header.spans else None,
         limits_until=min(changes, default=np.inf),
     )

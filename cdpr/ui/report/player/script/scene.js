@@ -47,11 +47,12 @@ class Film {
       state: this.state ? this.state.subarray(i * m, (i + 1) * m) : null,
       force: this.force ? mixed(this.force, 3) : null,
       exits: this.exits ? mixed(this.exits, 3 * m) : null,
+      curves: this.curves ? mixed(this.curves, this.curves.length / this.count) : null,
     });
   }
 
   // Picture of one row: everything follows from the same numbers.
-  picture(index, { position, orientation, desired, tension, state, force, exits }) {
+  picture(index, { position, orientation, desired, tension, state, force, exits, curves }) {
     const pose = modelMatrix(position, orientation);
     return {
       index,
@@ -60,6 +61,7 @@ class Film {
       tension,
       state: state || new Uint8Array(this.cables.length),
       force,
+      curves, // inner points of cables that sag
       exits: exits || this.anchors.flatMap((a) => a.slice(0, 3)),
       tips: this.anchors.map((a) => moved(pose, a.slice(3))),
     };
@@ -185,17 +187,21 @@ function moving(film, picture, look, options) {
   const lines = new Lines(), solids = [], labels = [];
   const m = film.cables.length, [low, high] = film.range, { slack, lowest, highest, broken } = look.states;
   const number = (k) => picture.exits.slice(3 * k, 3 * k + 3);
+  const curves = picture.curves || [], inner = curves.length / (3 * m);
   for (let k = 0; k < m; k++) {
-    const state = picture.state[k], exit = number(k), tip = picture.tips[k];
+    const state = picture.state[k], exit = number(k), tip = picture.tips[k], way = [exit];
+    for (let j = k * inner; j < (k + 1) * inner; j++) way.push(curves.slice(3 * j, 3 * j + 3));
+    way.push(tip);
+    const draw = (...look) => way.slice(1).forEach((end, j) => lines.add(way[j], end, ...look));
     if (state === broken) { labels.push({ at: exit, text: `${k + 1} ×`, colour: look.css.soft }); continue; }
     const limit = state === lowest || state === highest;
     const share = picture.tension && high > low ? (picture.tension[k] - low) / (high - low) : 0.5;
     const ramp = look.ramp[Math.round(clamp(share, 0, 1) * (look.ramp.length - 1)) || 0];
     let colour = look.run || (picture.tension ? ramp : look.ink);
     if (state === slack) colour = look.slack;
-    if (limit && !look.run) lines.add(exit, tip, look.limit, 7, 0.5);
-    if (options.selected === k) lines.add(exit, tip, look.ink, 8, 0.35);
-    lines.add(exit, tip, colour, look.run ? 2 : 3, 1, state === slack ? 5 : 0);
+    if (limit && !look.run) draw(look.limit, 7, 0.5);
+    if (options.selected === k) draw(look.ink, 8, 0.35);
+    draw(colour, look.run ? 2 : 3, 1, state === slack ? 5 : 0);
     const mark = limit ? (state === lowest ? " ▼" : " ▲") : "";
     labels.push({ at: exit, text: `${k + 1}${mark}`, colour: limit ? look.css.limit : look.css.ink, cable: k });
   }

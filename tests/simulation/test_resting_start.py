@@ -1,0 +1,142 @@
+"""Runs with `initial.equilibrium` start at the pose of rest for the first commands of the winches."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from command_line import cdpr_here
+from conftest import ROOT
+from scipy.optimize import brentq
+
+import cdpr
+from cdpr.base.errors import CdprError
+from cdpr.scenario import load_scenario
+
+SCENARIOS = ROOT / "scenarios"
+HELD = {"initial.equilibrium": True, "trajectory": {"type": "hold"}, "simulation.duration": 1.0}
+STILL = 1e-11  # m: round-off of cables of some metres, over a thousand steps
+ENGINES = ["reference", "mujoco", "bullet", "dart"]
+LENGTHS = {"type": "inverse_kinematics"}
+STEPPER = {"type": "stepper", "steps_per_turn": 200, "drum_radius": 0.01, "stall_torque": 2.0}
+
+
+def held(scenario, backend="reference", **changes):
+    return cdpr.simulate(SCENARIOS / scenario, backend=backend, overrides=HELD | changes)
+
+
+def moved(run):
+    return np.abs(run.position - run.position[0]).max()
+
+
+@pytest.mark.parametrize("backend", ENGINES)
+@pytest.mark.parametrize("scenario", ["hangprinter.yaml", "camera_robot.yaml"])
+def test_the_first_second_is_at_rest(scenario, backend):
+    """With pretension 0, the lines are slack at the initial pose."""
+    if backend != "reference":
+        pytest.importorskip({"bullet": "pybullet", "dart": "dartpy"}.get(backend, backend))
+    run = held(scenario, backend, controller=LENGTHS)
+    assert moved(run) < STILL
+    assert "start" not in {event.kind for event in run.events}
+    assert np.abs(run.position_error[0]).max() > 1e-3  # the motion starts at the initial pose
+
+
+def test_without_the_key_the_platform_drops():
+    run = cdpr.simulate(SCENARIOS / "camera_robot.yaml", overrides=HELD | {"initial.equilibrium": False})
+    assert moved(run) > 0.1
+    assert "start" in {event.kind for event in run.events}
+
+
+def test_camera_robot_rests_as_in_closed_form():
+    """Four lines at one height above a point: 4 EA (l / l0 - 1) sin(slope) = m g, from the data of the file."""
+    scenario = load_scenario(SCENARIOS / "camera_robot.yaml")
+    robot, (x, y, z) = scenario.robot, scenario.initial.position
+    (height,) = set(robot.anchors[:, 2] - robot.anchors[:, 5])
+    reach = np.hypot(*(robot.anchors[0, :2] - robot.anchors[0, 3:5] - (x, y)))
+    unloaded = np.hypot(reach, height - z)
+    stiffness = robot.cables[0].axial_stiffness
+
+    def unbalanced(at):
+        length = np.hypot(reach, height - at)
+        return 4.0 * stiffness * (length / unloaded - 1.0) * (height - at) / length - 9.81 * robot.platform.mass
+
+    low = brentq(unbalanced, z - 0.5, z, xtol=1e-14)
+    assert held("camera_robot.yaml").position[0] == pytest.approx([x, y, low], abs=1e-9)  # m: the search ends there
+
+
+@pytest.mark.parametrize(
+    ("scenario", "changes"),
+    [
+        ("hangprinter.yaml", {"robot.winch": {"type": "velocity"}}),
+        ("hangprinter.yaml", {"robot.winch": STEPPER}),
+        ("hangprinter.yaml", {"drives": {"resolution": 0.01, "delay": 0.02}}),
+        ("sagging.yaml", {"robot": "robots/cogiro_servos.yaml", "controller": LENGTHS | {"pretension": 300.0}}),
+        ("caroca.yaml", {"controller": LENGTHS}),
+    ],
+    ids=["rates", "steppers", "drives", "heavy cables on servos", "tensions"],
+)
+def test_all_winches_start_at_rest(scenario, changes):
+    run = held(scenario, **changes)
+    assert moved(run) < STILL
+    assert np.ptp(run.cable_tension, axis=0).max() < 1e-8  # N: round-off of a stiff cable's length
+
+
+def test_only_one_pose_holds_with_lengths_that_are_rounded():
+    """Steps of 10 mm give other lengths, and the start is the pose of rest for these."""
+    plain, coarse = held("hangprinter.yaml"), held("hangprinter.yaml", drives={"resolution": 0.01})
+    assert np.abs(plain.position[0] - coarse.position[0]).max() > 1e-4
+
+
+def test_runs_rollouts_and_snapshots_have_the_same_bits():
+    changes = {"initial.equilibrium": True, "simulation.duration": 1.0, "controller.pretension": 5.0}
+    scenario = load_scenario(SCENARIOS / "hangprinter.yaml", overrides=changes)
+    run = cdpr.simulate(scenario)
+    many = cdpr.rollout(scenario, 3, vary={"controller.pretension": [18.0, 5.0, 2.0]})
+    np.testing.assert_array_equal(many.position[1, -1], run.position[-1])
+    with cdpr.Simulation(scenario) as simulation:
+        start = simulation.snapshot()
+        simulation.step(500)
+        simulation.restore(start)
+        np.testing.assert_array_equal(simulation.state[:3], run.position[0])
+        simulation.step(500)
+        np.testing.assert_array_equal(simulation.state[:3], run.position[-1])
+
+
+@pytest.mark.parametrize(
+    ("changes", "text"),
+    [
+        (
+            {"controller": {"type": "computed_torque"}},
+            r"initial.equilibrium: the first commands of controller 'computed_torque' depend on the pose .*: choose a "
+            r"controller without feedback \(inverse_kinematics\), or remove the key",
+        ),
+        ({"initial.velocity": [0.0, 0.0, 0.1]}, "initial.equilibrium: a platform at rest has no velocity"),
+    ],
+    ids=["feedback", "velocity"],
+)
+def test_a_start_that_is_not_defined_is_rejected(changes, text):
+    with pytest.raises(CdprError, match=text):
+        held("hangprinter.yaml", **changes)
+
+
+def test_tensions_that_hold_nothing_are_reported():
+    """The controller assumes half of the mass, and its constant tensions let the platform fall."""
+    text = "initial.equilibrium: no pose of rest was found .*: the platform moves away: no cable holds it"
+    with pytest.raises(CdprError, match=text):
+        held("caroca.yaml", controller=LENGTHS, believed={"platform": {"mass": 50.0}})
+
+
+def test_validate_names_the_key(tmp_path):
+    text = (SCENARIOS / "hangprinter.yaml").read_text()
+    (tmp_path / "robots").symlink_to(SCENARIOS / "robots")
+    text = text.replace("[0.0, 0.0, 0.3]\n", "[0.0, 0.0, 0.3]\n  equilibrium: true\n", 1)
+    (tmp_path / "s.yaml").write_text(text.replace("{type: inverse_kinematics, pretension: 18}", "{type: static}"))
+    done = cdpr_here("validate", "s.yaml", code=2, cwd=tmp_path)
+    line = text.splitlines().index("  equilibrium: true") + 1
+    assert f"s.yaml:{line}:16: initial.equilibrium: the first commands" in done.stderr
+
+
+def test_exports_of_plants_reject_it(tmp_path):
+    changes = ["--set", "initial.equilibrium=true"]
+    done = cdpr_here("fmu", "export", "hangprinter", *changes, "-o", "h.fmu", code=2, cwd=tmp_path)
+    assert "initial.equilibrium" in done.stderr
+    assert "an exported start is the given pose" in done.stderr
