@@ -33,8 +33,15 @@ def ray_truth(sources: Sources, point: ArrayLike, directions: Array, reach: floa
         reach: distance without a hit, m.
     """
     values = np.zeros(len(directions))
-    given = {"state": sources.state, "point": np.array(point, dtype=float), "solids": solids_of(sources.obstacles)}
-    write = bind("cast_rays", **given, directions=directions, distances=values, reach=reach)
+    write = bind(
+        "cast_rays",
+        state=sources.state,
+        point=np.array(point, dtype=float),
+        solids=solids_of(sources.obstacles),
+        directions=directions,
+        distances=values,
+        reach=reach,
+    )
     return Truth(values, (Operation("sensors", write),), (values,))
 
 
@@ -65,6 +72,13 @@ def ray_distances(obstacles: Sequence[Obstacle], start: ArrayLike, directions: A
         raise CdprError("directions: expected finite vectors that are not 0")
     state, found = np.zeros(13), np.zeros(len(rays))
     state[:7] = UPRIGHT
-    given = {"state": state, "point": point, "solids": solids_of(obstacles), "distances": found}
-    bind("cast_rays", **given, directions=rays / sizes[:, None], reach=float(reach))()
+    bind(
+        "cast_rays",
+        state=state,
+        point=point,
+        solids=solids_of(obstacles),
+        directions=rays / sizes[:, None],
+        distances=found,
+        reach=float(reach),
+    )()
     return found
