@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from cdpr.base.errors import CdprError
 from cdpr.model.robot import Array
+from cdpr.native.arrays import real
 from cdpr.native.bind import bind
 from cdpr.native.random_numbers import Stream
 from cdpr.sensing.sensor import Sensor
@@ -48,7 +50,7 @@ def kernel_arguments(sensor: Sensor, cables: int, step: float) -> tuple[dict[str
     return settings, memory
 
 
-def measurements(sensor: Sensor, truth: Array, step: float, seed: int = 0) -> tuple[Array, Array]:
+def measurements(sensor: Sensor, truth: ArrayLike, step: float, seed: int = 0) -> tuple[Array, Array]:
     """Return what a sensor measures of true values, as in a run.
 
     Args:
@@ -65,14 +67,13 @@ def measurements(sensor: Sensor, truth: Array, step: float, seed: int = 0) -> tu
 
     Example:
         >>> import numpy as np
-        >>> from cdpr.sensing import Pose, Receiver
-        >>> from cdpr.sensing.measurement import measurements
+        >>> from cdpr.sensing import Receiver
         >>> truth = np.arange(5.0)[:, None] * [1.0, 0.0, 0.0]
         >>> measured, age = measurements(Receiver(period=0.02, delay=0.01), truth, 0.01)
         >>> measured[:, 0], age
         (array([0., 0., 0., 2., 2.]), array([0.  , 0.01, 0.02, 0.01, 0.02]))
     """
-    truth = np.ascontiguousarray(truth, dtype=float)
+    truth = real(truth, "truth")
     fixed = sum(each.width for each in sensor.quantities)
     per_cable = sum(each.width == 0 for each in sensor.quantities)
     width = truth.shape[1] if truth.ndim == 2 else 0

@@ -11,6 +11,7 @@ from cdpr.base.errors import CdprError
 from cdpr.mechanics import solids
 from cdpr.model.robot import Array
 from cdpr.model.shapes import Obstacle
+from cdpr.native.arrays import real
 from cdpr.native.bind import bind
 from cdpr.sensing.sensor import Sources, Truth
 from cdpr.tension.operations import Operation
@@ -33,8 +34,15 @@ def ray_truth(sources: Sources, point: ArrayLike, directions: Array, reach: floa
         reach: distance without a hit, m.
     """
     values = np.zeros(len(directions))
-    given = {"state": sources.state, "point": np.array(point, dtype=float), "solids": solids_of(sources.obstacles)}
-    write = bind("cast_rays", **given, directions=directions, distances=values, reach=reach)
+    write = bind(
+        "cast_rays",
+        state=sources.state,
+        point=np.array(point, dtype=float),
+        solids=solids_of(sources.obstacles),
+        directions=directions,
+        distances=values,
+        reach=reach,
+    )
     return Truth(values, (Operation("sensors", write),), (values,))
 
 
@@ -52,12 +60,11 @@ def ray_distances(obstacles: Sequence[Obstacle], start: ArrayLike, directions: A
 
     Example:
         >>> from cdpr.model.shapes import Obstacle, Sphere
-        >>> from cdpr.sensing.rays import ray_distances
         >>> ball = Obstacle("ball", Sphere(0.5), [2.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0])
         >>> ray_distances([ball], [0.0, 0.0, 0.0], [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], 10.0)
         array([ 1.5, 10. ])
     """
-    point, rays = np.array(start, dtype=float), np.array(directions, dtype=float)
+    point, rays = real(start, "start"), real(directions, "directions")
     if point.shape != (3,) or rays.ndim != 2 or rays.shape[1] != 3:
         raise CdprError(f"expected a start (3,) and directions (k, 3), got shapes {point.shape} and {rays.shape}")
     sizes = np.linalg.norm(rays, axis=1)
@@ -65,6 +72,13 @@ def ray_distances(obstacles: Sequence[Obstacle], start: ArrayLike, directions: A
         raise CdprError("directions: expected finite vectors that are not 0")
     state, found = np.zeros(13), np.zeros(len(rays))
     state[:7] = UPRIGHT
-    given = {"state": state, "point": point, "solids": solids_of(obstacles), "distances": found}
-    bind("cast_rays", **given, directions=rays / sizes[:, None], reach=float(reach))()
+    bind(
+        "cast_rays",
+        state=state,
+        point=point,
+        solids=solids_of(obstacles),
+        directions=rays / sizes[:, None],
+        distances=found,
+        reach=float(reach),
+    )()
     return found

@@ -169,7 +169,7 @@ def test_too_long_steps_are_rejected_as_for_runs(winches, tmp_path):
     given = "fmu", "export", "winch", winches, "--source-only", "--out", tmp_path / "robot.fmu", "--step"
     errors = cdpr_here(*given, "0.01", code=2).stderr
     assert errors.startswith("--step 0.01 s is too long for these cables and winches, and the FMU would diverge")
-    limit = re.search(r"; it is stable up to (0\.0\d+) s\n$", errors)[1]
+    limit = re.search(r"; it is stable up to (0\.0\d+) s; cable '", errors)[1]
     cdpr_here(*given, limit)
 
 

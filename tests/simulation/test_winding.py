@@ -10,7 +10,6 @@ from log_cases import same_bits
 from scipy.optimize import least_squares
 
 import cdpr
-from cdpr.base.errors import PartsLeftOut
 from cdpr.model.cable import Winch
 
 ANCHORS = np.array([[-2.0, -2.0, 3.0], [2.0, -2.0, 3.0], [2.0, 2.0, 3.0], [-2.0, 2.0, 3.0]])
@@ -278,13 +277,6 @@ def test_cables_that_sag_need_a_pretension():
     with pytest.raises(cdpr.CdprError, match=r"controller\.pretension: expected at least 22\.36 N"):
         cdpr.simulate(scenario)
     assert cdpr.simulate(scenario, overrides={"controller.pretension": 100.0}).status == "finished"
-
-
-def test_ros_packages_leave_out_the_node_that_commands_tensions(tmp_path):
-    with pytest.warns(PartsLeftOut, match="winches take lengths or rates"):
-        cdpr.export(camera(), "ros2", out=tmp_path / "ros2")
-    assert not list((tmp_path / "ros2").rglob("*_control*"))
-    assert any((tmp_path / "ros2").rglob("node.py"))
 
 
 class TooHigh(cdpr.plugins.Controller):
