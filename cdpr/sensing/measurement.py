@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from cdpr.base import tolerances
 from cdpr.base.errors import CdprError
+from cdpr.model.frozen import given_number
 from cdpr.model.robot import Array
 from cdpr.native.arrays import real
 from cdpr.native.bind import bind
@@ -63,7 +65,7 @@ def measurements(sensor: Sensor, truth: ArrayLike, step: float, seed: int = 0) -
         Measured values that are held at each control step (K, n), and their age (K,), s.
 
     Raises:
-        CdprError: if the width of `truth` is not that of the sensor.
+        CdprError: if the width of `truth` is not that of the sensor, or a time of the sensor is no multiple of the step.
 
     Example:
         >>> import numpy as np
@@ -74,6 +76,11 @@ def measurements(sensor: Sensor, truth: ArrayLike, step: float, seed: int = 0) -
         (array([0., 0., 0., 2., 2.]), array([0.  , 0.01, 0.02, 0.01, 0.02]))
     """
     truth = real(truth, "truth")
+    step = given_number(step, "step", above=0.0)
+    for key in ("period", "delay", "jitter"):
+        ratio = getattr(sensor, key) / step
+        if abs(ratio - round(ratio)) > tolerances.TIME * ratio:
+            raise CdprError(f"step: expected a divisor of the {key} {getattr(sensor, key):g} s, got {step:g} s")
     fixed = sum(each.width for each in sensor.quantities)
     per_cable = sum(each.width == 0 for each in sensor.quantities)
     width = truth.shape[1] if truth.ndim == 2 else 0
