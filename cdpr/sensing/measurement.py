@@ -65,7 +65,7 @@ def measurements(sensor: Sensor, truth: ArrayLike, step: float, seed: int = 0) -
         Measured values that are held at each control step (K, n), and their age (K,), s.
 
     Raises:
-        CdprError: if the width of `truth` is not that of the sensor, or a time of the sensor is no multiple of the step.
+        CdprError: if `truth` does not have the width of the sensor, or if the step does not divide its times.
 
     Example:
         >>> import numpy as np
