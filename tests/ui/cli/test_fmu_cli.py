@@ -251,7 +251,7 @@ def test_trust(here, cdpr):
 
 @pytest.mark.parametrize("fmi", [2, 3])
 @pytest.mark.parametrize("path", sorted((ROOT / "scenarios/robots").glob("*.yaml")), ids=lambda path: path.stem)
-@pytest.mark.usual("*-3", "caroca-2")
+@pytest.mark.usual("*-3")  # exports of FMI 2 are compiled
 def test_exports_of_cdpr_are_mapped_automatically(here, path, fmi):
     from cdpr.fmu.export import Plant, fmu_bytes
     from cdpr.fmu.read.archive import open_archive
