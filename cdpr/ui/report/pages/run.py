@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from cdpr.base.columns import Column
 from cdpr.log import run_json
 from cdpr.log.files import replace_markup
 from cdpr.log.run import Run
@@ -122,17 +123,20 @@ def _date(run: Run) -> str:
     return f"; {started[:10]}" if started else ""
 
 
+def _texts(columns: Sequence[Column]) -> str:
+    """Return names and texts of columns, for a format string of HTML."""
+    text = "; ".join(f"{column.name}: {column.text}" for column in columns)
+    return escape(text).replace("{", "{{").replace("}", "}}")
+
+
 def drawings(run: Run) -> list[Drawing]:
     """Return the figures of the report, in order."""
-    own = [f"{column.name}: {column.text}" for column in run.header.columns]
-    text = escape("; ".join(own)).replace("{", "{{").replace("}", "}}")
+    columns = run.header.columns
+    own, others = [each for each in columns if each.owner], [each for each in columns if not each.owner]
     plugins = Drawing(
-        "Plugins",
-        "Recorded by plugins",
-        plots.plugins,
-        f"Quantities of plugins. {text}.",
-        minor=True,
+        "Plugins", "Recorded by plugins", plots.plugins, f"Quantities of plugins. {_texts(own)}.", minor=True
     )
+    further = Drawing("Further", "Sensors and further quantities", plots.further, f"{_texts(others)}.", minor=True)
     motors = Drawing(
         "Motors",
         "Motor currents and electrical power",
@@ -226,5 +230,6 @@ def drawings(run: Run) -> list[Drawing]:
             "not judge the balance.)",
             minor=True,
         ),
+        *([further] if others else []),
         *([plugins] if own else []),
     ]

@@ -111,7 +111,12 @@ def energy(run: Run) -> list[Panel]:
 
 def plugins(run: Run) -> list[Panel]:
     """Return a panel for each column that plugins recorded."""
-    return [_column(run, column) for column in run.header.columns]
+    return [_column(run, column) for column in run.header.columns if column.owner]
+
+
+def further(run: Run) -> list[Panel]:
+    """Return a panel for each other column that not all runs have, such as those of sensors."""
+    return [_column(run, column) for column in run.header.columns if not column.owner]
 
 
 def _column(run: Run, column: columns.Column) -> Panel:
@@ -199,7 +204,7 @@ def _limit(name: str, cables: Sequence[int], values: Sequence[float]) -> Limit:
     return Limit(f"{name} {distinct[0]:g}–{distinct[-1]:g} N", distinct, colours)
 
 
-FIGURES = (plugins, pose, velocity, acceleration, errors, tensions, cables, distribution, motors, energy)
+FIGURES = (plugins, further, pose, velocity, acceleration, errors, tensions, cables, distribution, motors, energy)
 
 
 def by_name(run: Run) -> dict[str, Panel]:
