@@ -18,7 +18,7 @@ its speed, positive when winding in:
 
   which is r T / (k e) when winding in and r T e / k when the cable drives the drum back; w_c is `coulomb_speed`.
 - **Gear.** The motor turns `gear_ratio` times per turn of the drum. Inertia, friction, gains and torques of winches
-  refer to the drum's axis; the ratio only concerns the figures of the motor's shaft.
+  refer to the drum's axis; the ratio concerns the steps of steppers, and the figures of the motor's shaft.
 
 If the cable does not stretch, l' = -(r / k) w still holds, so that w' contains the change of r.
 """

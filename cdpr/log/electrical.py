@@ -48,7 +48,7 @@ class Electrical(NamedTuple):
 
     def figures(self, start: float) -> dict[str, Any]:
         """Return plain figures of a run from `start` (s) on, {} without motors with electrical data."""
-        if self.power is None or np.isnan(self.power).all():
+        if self.power is None or np.isnan(self.largest).all():
             return {}
         current, voltage = np.nanmax(self.largest, axis=1).tolist()
         squared, used, regenerated = self.sums

@@ -15,9 +15,7 @@ struct SaggingBodies {
     const double* chains;   // (m, 33), as in ChainRow
     const double* gravity;  // (3), m/s^2, world
     double* axes;           // (m, 20), work space
-    double* ends;           // (m, 6), work space
-    static constexpr auto fields =
-        extended(Bodies::fields, "chains(m, 33), gravity(3), work axes(m, 20), work ends(m, 6)");
+    static constexpr auto fields = extended(Bodies::fields, "chains(m, 33), gravity(3), work axes(m, 20)");
 
     CDPR_INLINE CableAxis axis(int64_t i) const { return CableAxis(axes + AXIS * i); }
 };

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from cdpr.base.columns import known_columns
 from cdpr.base.problems import Path
 from cdpr.scenario.checks import Checks
 from cdpr.sensing import SENSORS, Sensor
 from cdpr.sensing.errors import AttitudeErrors
 
+MOST_WAITING = 1e6  # values, 8 MB, which each snapshot copies
 Multiple = Callable[[Path, float, float], None]  # reports a time that is no multiple of the control step, s
 
 
@@ -41,6 +43,8 @@ class SensorChecks(Checks):
                 if value := getattr(sensor, key):
                     multiple(("sensors", i, key), value, control_step)
             self._biases(i, sensor, cables)
+            self._name(i, sensor)
+            self._size(i, sensor, cables, control_step)
         for one, other in ("pose", "twist"), ("twist", "pose"):
             if one in used and other not in used:
                 text = f"the controller uses this {one}, and needs a {other}, too: add a sensor of the type {other}"
@@ -53,3 +57,22 @@ class SensorChecks(Checks):
             if isinstance(errors.bias, tuple) and len(errors.bias) != count:
                 text = f"expected one number, or {count} numbers, got {len(errors.bias)}"
                 self.add_problem(("sensors", i, quantity.key, "bias"), text)
+
+    def _name(self, i: int, sensor: Sensor) -> None:
+        """Report a name with which a column would have that of another quantity."""
+        known = known_columns()
+        for column in sensor.columns:
+            if column.name in known:
+                text = f"its column '{column.name}' would have the name of another column: choose another name"
+                self.add_problem(("sensors", i, "name"), text)
+
+    def _size(self, i: int, sensor: Sensor, cables: int, control_step: float) -> None:
+        """Report delays and periods with which too many values would be on their way."""
+        values = sum(quantity.values(cables) for quantity in sensor.quantities)
+        waiting = (sensor.delay + sensor.jitter) / (sensor.period or control_step)
+        if waiting * values > MOST_WAITING:
+            text = (
+                f"{waiting * values:.3g} values would be on their way; expected at most {MOST_WAITING:g}: set a longer "
+                "period, or shorter delay and jitter"
+            )
+            self.add_problem(("sensors", i, "delay"), text)

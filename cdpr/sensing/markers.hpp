@@ -5,8 +5,8 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// m: a marker on a surface, seen from outside, is not hidden by this surface.
-constexpr double ON_SURFACE = 1e-6;
+// m: a marker on a surface, seen from outside, is not hidden by this surface; files have rounded coordinates.
+constexpr double MARKER_DEPTH = 1e-4;
 
 // Rotation and translation from the axes of a body to those of the world.
 struct Placement {
@@ -38,7 +38,7 @@ struct Markers {
 };
 
 CDPR_INLINE bool hides(Solid solid, Vector<double> from, Vector<double> direction, double distance) {
-    return along_ray(solid, from, direction) < distance - ON_SURFACE;
+    return along_ray(solid, from, direction) < distance - MARKER_DEPTH;
 }
 
 // Write the pixels of the markers that are in the image and not hidden. At time 0 all others are in the middle.

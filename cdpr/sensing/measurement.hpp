@@ -53,7 +53,7 @@ CDPR_INLINE double with_errors(Measurement& p, int64_t i, double value, double e
     return error[RESOLUTION] > 0.0 ? nearest_multiple(value, error[RESOLUTION]) : value;
 }
 
-// Write the values of a measurement; rates are true at the first one.
+// Write the values of a measurement; rates are true at the first two, because values at time 0 may have another origin.
 inline void take(Measurement& p, double elapsed, double* values) {
     const int64_t rates = p.n - p.d;
     int64_t i = 0;
@@ -72,7 +72,8 @@ inline void take(Measurement& p, double elapsed, double* values) {
     }
     for (int64_t j = 0; j < p.d; j++) {
         const double now = values[rates - p.d + j];
-        values[rates + j] = elapsed > 0.0 ? (now - p.previous[j]) / elapsed : p.truth[rates + j];
+        values[rates + j] =
+            elapsed > 0.0 && p.count[0] > double(p.every) ? (now - p.previous[j]) / elapsed : p.truth[rates + j];
         p.previous[j] = now;
     }
 }

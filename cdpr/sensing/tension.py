@@ -4,12 +4,15 @@ from __future__ import annotations
 
 from typing import ClassVar, Literal
 
+import numpy as np
 from pydantic import Field
 
 from cdpr.base.columns import CABLES
 from cdpr.base.needs import Needs, of_sensor
+from cdpr.native.bind import bind
 from cdpr.sensing.errors import Errors
 from cdpr.sensing.sensor import Quantity, Sensor, Sources, Truth
+from cdpr.tension.operations import Operation
 
 
 class Tension(Sensor):
@@ -34,6 +37,9 @@ class Tension(Sensor):
 
     def truth(self, sources: Sources) -> Truth:
         """Return the tensions (m,) of the control period that ends."""
+        column = "cable_tension" if sources.has("winched") else "tension"
         if self.at == "winch" and sources.has("friction"):
-            return Truth(sources.view("winch_tension"))
-        return Truth(sources.view("cable_tension" if sources.has("winched") else "tension"))
+            column = "winch_tension"
+        values = np.zeros(sources.robot.m)
+        write = bind("last_tensions", tension=sources.view(column), truth=values)
+        return Truth(values, (Operation("sensors", write, timed=True),), (values,))

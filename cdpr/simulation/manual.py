@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from cdpr.base.errors import CdprError
-from cdpr.base.fields import MAX_UNWOUND
+from cdpr.base.fields import MAX_MAGNITUDE, MAX_UNWOUND
 from cdpr.base.nearest import did_you_mean
 from cdpr.base.problems import shown
 from cdpr.cables import LENGTH, RATE, TENSION, commands_of, takes_lengths
@@ -213,8 +213,10 @@ class ManualControl:
         """Raise CdprError if a winch with this command does not take a request, or a value is invalid."""
         length, rate, tension = request.length, request.rate, request.tension
         for name, value in (("length", length), ("rate", rate), ("tension", tension)):
-            if value is not None and not (type(value) in (int, float) and math.isfinite(value)):
-                raise CdprError(f"{where}: {name}: expected a finite number, got {shown(value)}")
+            if value is not None and not (type(value) in (int, float) and abs(value) <= MAX_MAGNITUDE):
+                raise CdprError(
+                    f"{where}: {name}: expected a number of at most {MAX_MAGNITUDE:g} in size, got {shown(value)}"
+                )
         if takes == TENSION:
             allowed = tension is not None and length is None and rate is None
             expected = "a tension (N)"

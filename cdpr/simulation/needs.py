@@ -25,7 +25,7 @@ def require(scenario: Scenario, use: str) -> None:
         if support.level == "no":
             problems.add(scenario.mark(*path), path, f"{_unsupported(use, support)}; {_remedy(path, value)}")
             reasons.add(support.why)
-    unsupported = dict.fromkeys((title, needs.support(use)) for title, needs in _parts(scenario))
+    unsupported = dict.fromkeys((title, needs.support(use)) for _, title, needs in _parts(scenario))
     for title, support in unsupported:
         if support.level == "no" and support.why not in reasons:  # the section of the part may have the same
             problems.add(
@@ -46,7 +46,7 @@ def require_parts(robot: Robot, use: str) -> None:
 
 def supported(scenario: Scenario, use: str) -> bool:
     """Return True if a use, one of `USES`, supports all sections in use and all parts of the loop."""
-    declared = [*(needs for _, needs, _ in in_use(scenario)), *(needs for _, needs in _parts(scenario))]
+    declared = [*(needs for _, needs, _ in in_use(scenario)), *(needs for _, _, needs in _parts(scenario))]
     return all(needs.support(use).level != "no" for needs in declared)
 
 
@@ -59,19 +59,18 @@ def omitted(scenario: Scenario, use: str) -> list[str]:
             listed = any(isinstance(part, int) for part in path)
             key = dotted(path[: next(i for i, part in enumerate(path) if isinstance(part, int))] if listed else path)
             found.setdefault((key, support.why), []).extend([_title(value)] if listed else [])
-    for title, needs in _parts(scenario):
+    for name, title, needs in _parts(scenario):
         support = needs.support(use)
-        reported = {why for _, why in found}  # the section of the part may have the same reason
-        if support.level == "left out" and support.why not in reported:
+        if support.level == "left out" and (name, support.why) not in found:  # the section of the part is reported
             found[title, support.why] = []
     return [f"{key}: {why}{_in_brackets(titles)}" for (key, why), titles in found.items()]
 
 
-def _parts(scenario: Scenario) -> Iterator[tuple[str, Needs]]:
-    """Yield title and needs of each part of the loop."""
+def _parts(scenario: Scenario) -> Iterator[tuple[str, str, Needs]]:
+    """Yield name, title and needs of each part of the loop; a part of a section has its name."""
     for part in loop_parts(scenario):
         for needs in part.all_needs:
-            yield part.title, needs
+            yield part.name, part.title, needs
 
 
 def _unsupported(use: str, support: Support) -> str:

@@ -70,7 +70,7 @@ def _at_rest(loop: Loop, start: Array) -> Array:
     """Return the state (13,) at rest for the commands of a loop at its first sample, near the state `start` (13,)."""
     from cdpr.mechanics.equilibrium import find_equilibrium  # only such runs need it
 
-    robot, gravity = loop.parts.robot, loop.parts.backend.gravity
+    robot, gravity = loop.parts.backend.robot, loop.parts.backend.gravity
     takes_tension = np.array([each == TENSION for each in commands_of(robot)])
     unwound = np.full(robot.m, np.nan)
     if not takes_tension.all():

@@ -8,6 +8,7 @@ import numpy as np
 
 from cdpr.base.columns import Column
 from cdpr.base.needs import of_sensor
+from cdpr.cables import chain_of
 from cdpr.model.robot import Array
 from cdpr.model.shapes import Obstacle
 from cdpr.native.bind import bind
@@ -25,30 +26,37 @@ SEEN: Mapping[Used, slice] = {"pose": slice(0, 7), "twist": slice(7, 13)}
 def sensors_of(scenario: Scenario) -> LoopPart | None:
     """Return the part of the loop with the sensors of a scenario; None if it has none."""
     sensors = scenario.sections.sensors
-    return Sensors(sensors, scenario.simulation.seed, scenario.obstacles) if sensors else None
+    own = scenario.robot.cables if scenario.actuators is None else ()  # actuators replace the winches
+    stretch = any(chain_of(scenario.robot, cable).stretches for cable in own)
+    return Sensors(sensors, scenario.simulation.seed, scenario.obstacles, stretch=stretch) if sensors else None
 
 
 class Sensors(LoopPart):
     """Sensors of a loop.
 
-    The first sensor of a pose, of a twist and of the cables replaces the true values for controller and tension stage.
+    The first sensor of a pose, of a twist and of the cables replaces the true values for controller and tension stage;
+    that of cables which stretch does not, because controllers use the lengths of the cables, not the unwound ones.
 
     Args:
         sensors: sensors of the scenario, with unique names.
         seed: seed of the simulation.
         obstacles: obstacles of the world.
+        stretch: True if a cable stretches, so that its unwound length differs from its length.
     """
 
     name = "sensors"
     needs = of_sensor()
 
-    def __init__(self, sensors: Sequence[Sensor], seed: int, obstacles: tuple[Obstacle, ...] = ()) -> None:
-        self._sensors, self._obstacles = sensors, obstacles
+    def __init__(
+        self, sensors: Sequence[Sensor], seed: int, obstacles: tuple[Obstacle, ...] = (), *, stretch: bool = False
+    ) -> None:
+        self._sensors, self._obstacles, self._stretch = sensors, obstacles, stretch
         self.columns: tuple[Column, ...] = tuple(column for sensor in sensors for column in sensor.columns)
         self.streams = tuple(Stream(seed, f"sensors.{sensor.title}") for sensor in sensors)
         self._used: dict[Used, Sensor] = {}
         for sensor in sensors:
-            self._used.setdefault(sensor.used, sensor)
+            if sensor.used and not (sensor.used == "cables" and stretch):
+                self._used.setdefault(sensor.used, sensor)
         seen = frozenset({"seen"}) if self._used.keys() & SEEN.keys() else frozenset()
         self.writes = seen | (frozenset({"seen_cables"}) if "cables" in self._used else frozenset())
 
@@ -63,7 +71,7 @@ class Sensors(LoopPart):
         torque = np.zeros(m)
 
         def read_winches(unwound: Array, unwinding: Array) -> list[Operation]:
-            if not surroundings.has("motors") and not surroundings.has("drums"):
+            if not self._stretch:
                 return []
             return [Operation("backend", do) for do in backend.winch_readings(unwound, unwinding, torque)]
 
@@ -80,7 +88,7 @@ class Sensors(LoopPart):
             measure = bind("measure", **given, **settings, **memory)
             self._operations += [*truth.write, Operation(self.name, measure, timed=True)]
             self.arrays += (*truth.arrays, *memory.values())
-            if self._used.get(sensor.used) is sensor and sensor.used:
+            if self._used.get(sensor.used) is sensor:
                 cables = surroundings.seen_cables.reshape(-1)
                 target = cables if sensor.used == "cables" else surroundings.seen[SEEN[sensor.used]]
                 self._operations.append(Operation(self.name, bind("copy", source=measured, target=target)))

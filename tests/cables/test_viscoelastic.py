@@ -233,6 +233,24 @@ def test_the_loss_of_a_hysteresis_loop():
     assert 2.0 * up == pytest.approx(4.0 * most * amplitude, rel=0.3)
 
 
+def test_hysteresis_of_stiff_ropes_never_exceeds_its_tension():
+    """Steps in which the strain changes by more than the slip takes."""
+    ea, k, most = 1e5, 1e9, 5.0
+    rope = Ropes(3, IDEAL_DRIVE, lowest=-np.inf)
+    chains = rope.given["chains"]
+    chains[:, SPAN : SPAN + 12] = 0.0
+    chains[:, [SPAN, SPAN + 8, SPAN + 9]] = ea, k, most
+    rope.given["body"][7:] = 0.0
+    strains = 2e-3 * np.sin(np.linspace(0.0, 20.0, 400))
+    unwound = rope.length[:, None] / (1.0 + strains)
+    rope.winch[:] = np.column_stack([unwound[:, 0], *np.zeros((5, M))]).ravel()
+    call = bind("step_winches", **rope.given, step=1e-3)
+    for j in range(len(strains) - 1):
+        rope.command[:] = (unwound[:, j + 1] - unwound[:, j]) / 1e-3
+        call()
+        assert np.abs(rope.light - ea * strains[j]).max() < 1.001 * most + 1e-6 * ea * 2e-3  # and round-off
+
+
 def test_without_creep_and_hysteresis_it_is_the_elastic_cable():
     plain, elastic = hanging(creep=None), hanging(creep=None, model="elastic")
     np.testing.assert_allclose(plain.position, elastic.position, rtol=0.0, atol=1e-12)

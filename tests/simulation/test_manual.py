@@ -233,7 +233,9 @@ def test_a_stopped_robot_takes_no_commands():
         ({}, "jog", {"cable": 9, "rate": 1.0}, "jog: unknown cable 9: allowed: "),
         ({}, "jog", {"cable": [], "rate": 1.0}, "jog: unknown cable an empty list: allowed: "),
         ({}, "jog", {"cable": 1}, "its winch takes a rate (m/s), a length (m), or both, got nothing"),
-        ({}, "jog", {"cable": 1, "rate": "fast"}, "rate: expected a finite number, got 'fast'"),
+        ({}, "jog", {"cable": 1, "rate": "fast"}, "rate: expected a number of at most 1e+12 in size, got 'fast'"),
+        ({}, "jog", {"cable": 1, "rate": 10**400}, "rate: expected a number of at most 1e+12 in size"),
+        ({}, "jog", {"cable": 1, "rate": float("nan")}, "rate: expected a number of at most 1e+12 in size, got nan"),
         ({}, "jog", {"cable": 1, "rate": 0.0, "length": 3.0}, "rate: a move to a length needs a rate other than 0 m/s"),
         (
             {},

@@ -140,3 +140,9 @@ def test_exports_of_plants_reject_it(tmp_path):
     done = cdpr_here("fmu", "export", "hangprinter", *changes, "-o", "h.fmu", code=2, cwd=tmp_path)
     assert "initial.equilibrium" in done.stderr
     assert "an exported start is the given pose" in done.stderr
+
+
+def test_a_payload_from_the_start_belongs_to_the_rest():
+    payload = {"type": "payload", "mass": 5.0, "time": 0.0}
+    run = cdpr.simulate(SCENARIOS / "camera_robot.yaml", overrides={**HELD, "events": [payload]})
+    assert np.abs(run.position - run.position[0]).max() < 1e-9  # m: it stays at rest to round-off

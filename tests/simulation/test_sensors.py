@@ -113,6 +113,15 @@ def test_a_receiver_measures_its_antenna():
     assert np.abs(sensed["receiver_position"] - sensed.position - R.apply(antenna)).max() < ROUND_OFF
 
 
+@pytest.mark.parametrize("friction", [0.0, 0.05])
+def test_load_cells_at_the_winch_measure_behind_the_pulley(friction):
+    scenario, overrides = str(SCENARIOS / "cogiro_pulleys.yaml"), {"robot.cable.exit.friction": friction}
+    sensed = run([{"type": "tension", "at": "winch"}], scenario, **overrides)
+    true = sensed["winch_tension"] if friction else sensed.tension
+    assert np.array_equal(sensed["tension_tension"][1:], true[:-1])
+    assert not sensed["tension_tension"][0].any()
+
+
 @pytest.mark.parametrize("name", ["caroca", "winch", "sagging", "camera_robot", "plotter"])
 def test_load_cells_measure_the_tension_of_the_period_before(name):
     sensed = run([{"type": "tension", "tension": {"bias": 2.0}}], str(SCENARIOS / f"{name}.yaml"))
@@ -124,7 +133,20 @@ def test_load_cells_measure_the_tension_of_the_period_before(name):
 def test_encoders_of_ideal_cables_measure_their_lengths():
     sensed = run([{"type": "encoders"}])
     assert sensed["encoders_length"].tobytes() == np.ascontiguousarray(sensed.length).tobytes()
-    assert sensed["encoders_rate"][1:] == pytest.approx(np.diff(sensed.length, axis=0) / 0.001)
+    assert sensed["encoders_rate"][2:] == pytest.approx(np.diff(sensed.length, axis=0)[1:] / 0.001)
+    assert np.array_equal(sensed["encoders_rate"][:2], sensed.rate[:2])
+
+
+@pytest.mark.parametrize("winch", ["position", "velocity"])
+def test_encoders_of_cables_that_stretch_are_recorded_only(winch):
+    """Controllers and the nominal cables use lengths of cables; unwound lengths would lack the stretch twice."""
+    robot, wrenches = str(SCENARIOS / "camera_robot.yaml"), {"controller": {"type": "computed_torque"}}
+    overrides = {**SHORT, **wrenches, "robot.winch.type": winch}
+    plain, sensed = cdpr.simulate(robot, overrides=overrides), run([{"type": "encoders"}], robot, **overrides)
+    assert sensed.position.tobytes() == plain.position.tobytes()
+    assert sensed.tension.tobytes() == plain.tension.tobytes()
+    rates = sensed["encoders_rate"]
+    assert np.abs(rates).max() < 1.1 * np.abs(sensed["unstretched_rate"]).max() + 1e-6
 
 
 @pytest.mark.parametrize("backend", ENGINES)
@@ -143,3 +165,25 @@ def test_encoders_of_drums_measure_what_they_have_paid_out(backend):
     paid_out = -radius * np.diff(sensed["drum_angle"][1:], axis=0)
     assert np.diff(sensed["encoders_length"][1:], axis=0) == pytest.approx(paid_out, abs=1e-12)
     assert np.abs(paid_out).max() > 1e-6
+
+
+@pytest.mark.parametrize(
+    ("sensors", "text"),
+    [
+        ([{"type": "pose"}], r"sensors\[0\]: the controller uses this pose, and needs a twist"),
+        ([{"type": "twist"}], r"sensors\[0\]: the controller uses this twist, and needs a pose"),
+        ([{"type": "imu"}, {"type": "imu"}], "sensors 1 and 2 are both named 'imu'"),
+        ([{"type": "imu", "period": 0.0005}], r"sensors\[0\].period: must be an integer multiple of control_step"),
+        ([{"type": "imu", "name": "Hall 1"}], r"sensors\[0\].name: expected a name of at most 12"),
+        ([{"type": "receiver", "name": "desired"}], r"sensors\[0\].name: its column 'desired_position' would have"),
+        ([{"type": "tension", "name": "winch"}], r"sensors\[0\].name: its column 'winch_tension' would have"),
+        ([{"type": "receiver", "position": {"bias": [1, 2]}}], r"position.bias: expected one number, or 3 numbers, got 2"),
+        ([{"type": "tension", "tension": {"noise": -1}}], r"sensors\[0\].tension.noise: must be at least 0, got -1"),
+        ([{"type": "scan", "rays": 4096, "delay": 1.0}], r"sensors\[0\].delay: 4.1e\+06 values would be on their way"),
+        ([{"type": "imu", "dropout": 1.0}], r"sensors\[0\].dropout: must be less than 1"),
+        ([{"type": "tensoin"}], "did you mean 'tension'"),
+    ],
+)
+def test_invalid_sensors_are_one_clear_error(sensors, text):
+    with pytest.raises(cdpr.ScenarioError, match=text):
+        run(sensors)

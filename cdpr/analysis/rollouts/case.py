@@ -85,7 +85,8 @@ class Plan:
     @cached_property
     def tunable(self) -> bool:
         """Return True if cases differ only in options that may change between two steps."""
-        return not self.scenario.events and set(self.keys) <= set(self.scenario.options().changeable())
+        started = self.scenario.initial.equilibrium  # such a start depends on the options
+        return not started and not self.scenario.events and set(self.keys) <= set(self.scenario.options().changeable())
 
     def changed(self, number: int, values: Sequence[Any]) -> Scenario:
         """Return the scenario of a case.

@@ -26,10 +26,11 @@ struct Viscoelastic {
         return found;
     }
 
-    // Return H, N.
+    // Return H, N, at most S in size: the slip lags behind within long steps.
     template <class T> static CDPR_INLINE T friction(const T* numbers, const T* own, T strain) {
-        const Truth<T> acts = numbers[FRICTION_TENSION] > T(0.0);
-        return select(acts, numbers[FRICTION_STIFFNESS] * (strain - own[SLIP]), T(0.0));
+        const T most = numbers[FRICTION_TENSION];
+        const T held = smaller(larger(numbers[FRICTION_STIFFNESS] * (strain - own[SLIP]), -most), most);
+        return select(most > T(0.0), held, T(0.0));
     }
 
     // Return the tension without damping, N; not positive for a slack cable.

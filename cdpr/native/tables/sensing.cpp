@@ -6,6 +6,7 @@
 #include <cdpr/sensing/measurement.hpp>
 #include <cdpr/sensing/rays.hpp>
 #include <cdpr/sensing/receiver.hpp>
+#include <cdpr/sensing/tension.hpp>
 
 namespace cdpr::CDPR_TARGET {
 
@@ -14,6 +15,7 @@ static constexpr cdpr_entry entries[] = {
     entry<Measurement, measure>("measure"),
     entry<InertialMotion, inertial_motion>("inertial_motion"),
     entry<PaidOut, paid_out>("paid_out"),
+    entry<LastTensions, last_tensions>("last_tensions"),
     entry<PointOnPlatform, point_on_platform>("point_on_platform"),
     entry<Rays, cast_rays>("cast_rays"),
 };
