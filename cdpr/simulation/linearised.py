@@ -203,8 +203,7 @@ class _Period:
         ends = np.cumsum([len(self._free), *map(len, (states, *self._memory))]).tolist()
         arrays: list[tuple[Array, Any]] = [(array, slice(None)) for array in self._memory]
         arrays.insert(0, (np.zeros(0) if self._winches is None else self._winches.state, self._winding))
-        spans = map(slice, ends[:-1], ends[1:])
-        pairs = zip(spans, arrays, strict=True)
+        pairs = zip(map(slice, ends[:-1], ends[1:]), arrays, strict=True)
         self._others = [(span, array, where) for span, (array, where) in pairs if span.stop > span.start]
 
     def _winch_coordinates(self, size: float) -> tuple[Array, list[str]]:
