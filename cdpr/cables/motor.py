@@ -17,9 +17,11 @@ These values do not change a run: motors have the torque that their winch demand
 from __future__ import annotations
 
 import math
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pydantic import Field
 
 from cdpr.base.fields import NonNegative, Positive
 from cdpr.cables.chain import Number
@@ -30,7 +32,8 @@ from cdpr.model.robot import Array
 from cdpr.native.arrays import real
 from cdpr.native.bind import bind
 
-TORQUE_CONSTANT = Number("winch.torque_constant", Positive, "N m/A", "torque constant of the motor, at its shaft")
+TorqueConstant = Annotated[Positive, Field(ge=1e-9)]  # far below all motors; squares of currents stay finite
+TORQUE_CONSTANT = Number("winch.torque_constant", TorqueConstant, "N m/A", "torque constant of the motor, at its shaft")
 RESISTANCE = Number("winch.resistance", NonNegative, "ohm", "resistance of the motor's winding, between two terminals")
 SUPPLY = Number(
     "winch.supply_voltage", Positive, "V", "voltage of the motor's supply; `cdpr size` compares it with the demand"

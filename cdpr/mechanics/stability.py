@@ -244,7 +244,7 @@ def shortest_lag(robot: Robot) -> tuple[float, str]:
 def shortest_creep(robot: Robot) -> float:
     """Return the shortest time in which the tension of a cable relaxes by creep [s], infinite without any.
 
-    Without more, it requires steps of at most twice its value.
+    Steps of at most this value settle, also together with the vibration of the cable.
     """
     return min((chain_of(robot, cable).span.shortest_time(cable) for cable in robot.cables), default=np.inf)
 

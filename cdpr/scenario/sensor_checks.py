@@ -27,6 +27,7 @@ class SensorChecks(Checks):
         given = self.document.get(("sensors",))
         cables = len(list(self.cables(("robot",))))
         titles: dict[str, int] = {}
+        columns: dict[str, str] = dict.fromkeys(known_columns(), "")  # with the sensor
         used: dict[str, int] = {}
         for i, data in enumerate(given if isinstance(given, list) else ()):
             kind = data.get("type") if isinstance(data, dict) else None
@@ -43,7 +44,7 @@ class SensorChecks(Checks):
                 if value := getattr(sensor, key):
                     multiple(("sensors", i, key), value, control_step)
             self._biases(i, sensor, cables)
-            self._name(i, sensor)
+            self._name(i, sensor, columns)
             self._size(i, sensor, cables, control_step)
         for one, other in ("pose", "twist"), ("twist", "pose"):
             if one in used and other not in used:
@@ -58,12 +59,13 @@ class SensorChecks(Checks):
                 text = f"expected one number, or {count} numbers, got {len(errors.bias)}"
                 self.add_problem(("sensors", i, quantity.key, "bias"), text)
 
-    def _name(self, i: int, sensor: Sensor) -> None:
-        """Report a name with which a column would have that of another quantity."""
-        known = known_columns()
+    def _name(self, i: int, sensor: Sensor, columns: dict[str, str]) -> None:
+        """Report a name with which a column would have that of another quantity; add its columns to the known ones."""
         for column in sensor.columns:
-            if column.name in known:
-                text = f"its column '{column.name}' would have the name of another column: choose another name"
+            other = columns.setdefault(column.name, sensor.title)
+            if other != sensor.title:
+                of = f"sensor '{other}'" if other else "another quantity"
+                text = f"its column '{column.name}' would have the same name as that of {of}: choose another name"
                 self.add_problem(("sensors", i, "name"), text)
 
     def _size(self, i: int, sensor: Sensor, cables: int, control_step: float) -> None:

@@ -72,9 +72,9 @@ def check_step(about: Circumstances, step: float, *, fourth_order: bool) -> None
             f"{key} {step:g} s is too long for the winch of cable '{name}' with the torque_lag {lag:g} s: expected at "
             "most twice the lag; set torque_lag: 0, or a shorter step"
         )
-    if step > 2.0 * (time := shortest_creep(robot)):
+    if step > (time := shortest_creep(robot)):
         raise CdprError(
-            f"{key} {step:g} s is too long for cables whose tension relaxes in {time:g} s: expected at most twice this "
+            f"{key} {step:g} s is too long for cables whose tension relaxes in {time:g} s: expected at most this "
             "time; set longer times in cable.creep, or a shorter step"
         )
     if not supports_oscillator(robot) or empty_drum(robot, about.state):

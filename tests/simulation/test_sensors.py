@@ -176,8 +176,15 @@ def test_encoders_of_drums_measure_what_they_have_paid_out(backend):
         ([{"type": "imu", "period": 0.0005}], r"sensors\[0\].period: must be an integer multiple of control_step"),
         ([{"type": "imu", "name": "Hall 1"}], r"sensors\[0\].name: expected a name of at most 12"),
         ([{"type": "receiver", "name": "desired"}], r"sensors\[0\].name: its column 'desired_position' would have"),
+        (
+            [{"type": "imu", "name": "x"}, {"type": "encoders", "name": "x_turn"}],
+            r"sensors\[1\].name: its column 'x_turn_rate' would have the same name as that of sensor 'x'",
+        ),
         ([{"type": "tension", "name": "winch"}], r"sensors\[0\].name: its column 'winch_tension' would have"),
-        ([{"type": "receiver", "position": {"bias": [1, 2]}}], r"position.bias: expected one number, or 3 numbers, got 2"),
+        (
+            [{"type": "receiver", "position": {"bias": [1, 2]}}],
+            r"position.bias: expected one number, or 3 numbers, got 2",
+        ),
         ([{"type": "tension", "tension": {"noise": -1}}], r"sensors\[0\].tension.noise: must be at least 0, got -1"),
         ([{"type": "scan", "rays": 4096, "delay": 1.0}], r"sensors\[0\].delay: 4.1e\+06 values would be on their way"),
         ([{"type": "imu", "dropout": 1.0}], r"sensors\[0\].dropout: must be less than 1"),

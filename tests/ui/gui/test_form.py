@@ -16,6 +16,7 @@ from cdpr.scenario.events import EVENTS
 from cdpr.scenario.motions import MOTIONS
 from cdpr.scenario.robot_schema import CableSection, RobotSection
 from cdpr.scenario.schema import ScenarioSection
+from cdpr.sensing import SENSORS
 from cdpr.ui.gui.editor import Editor
 from cdpr.ui.gui.editor.fields import every
 
@@ -133,6 +134,17 @@ def test_every_type_of_event_and_motion_loads_as_it_begins() -> None:
         paths = [each["path"] for each in editor.form()["problems"]]
         assert paths == [f"trajectory.{key}" for key in files[name]]
     assert fields(editor)["trajectory"]["value"] == name
+
+
+def test_every_type_of_sensor_loads_as_it_begins() -> None:
+    """Except cameras, whose place and markers have no usual values."""
+    editor = Editor("caroca")
+    for sensor in SENSORS.values():
+        editor.insert("sensors", sensor.kind())
+        missing = [f"sensors[0].{key}" for key, field in sensor.model_fields.items() if field.is_required()]
+        others = ["sensors[0]"] if sensor.used in ("pose", "twist") else []  # one needs the other
+        assert {each["path"] for each in editor.form()["problems"]} <= {*missing, *others}
+        editor.undo()
 
 
 def test_another_form_keeps_what_it_takes() -> None:

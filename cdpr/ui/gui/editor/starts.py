@@ -43,7 +43,7 @@ class Starts:
         """
         values: dict[str, Any] = self.value(form, "")
         keys = form.get("properties", {}).keys()
-        if "force" in keys:
+        if {"time", "force"} <= keys:
             mass = at(self._data, ("robot", "platform", "mass"))
             weight = GRAVITY * (mass if _number(mass) and mass > 0.0 else MASS)
             values |= {"time": AT, "duration": FOR, "force": [0.0, 0.0, -_rounded(SHARE * weight)]}
