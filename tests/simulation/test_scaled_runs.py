@@ -20,7 +20,7 @@ SCALES += [
 ]
 
 SAME = 1e-9  # relative: sums of a few thousand samples
-POLES = 1e-6  # relative: the model is linearised by finite differences
+POLES = 1e-7  # relative: the model is linearised by finite differences, whose steps are not all in proportion
 ROUND_OFF = 1e-9  # N, J, m, rad of the robot that is not scaled: a figure below it is round-off itself
 
 # Exponents of length, force and time by the end of a figure's name; without any it has no dimension.
