@@ -6,6 +6,7 @@ import math
 import platform
 from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, version
+from typing import Any
 
 import numpy as np
 
@@ -76,7 +77,14 @@ def make_header(scenario: Scenario) -> Header:
         tool=scenario.trajectory.tool or "",
         believed=scenario.nominal_differences,
         works=works_of(scenario),
+        sensors=sensor_sections(scenario),
     )
+
+
+def sensor_sections(scenario: Scenario) -> tuple[dict[str, Any], ...]:
+    """Return the sections of the sensors, with their names, for viewers and messages."""
+    sensors = scenario.sections.sensors
+    return tuple({**each.model_dump(mode="json"), "name": each.title} for each in sensors)
 
 
 def desired_path(scenario: Scenario) -> tuple[tuple[float, ...], ...]:
