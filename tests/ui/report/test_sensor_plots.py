@@ -66,7 +66,8 @@ def test_panels(run: Run) -> None:
 
 
 def test_noise_has_a_band() -> None:
-    noisy = cdpr.simulate(CAROCA, overrides={**SHORT, "sensors": [{"type": "pose", "position": {"noise": 0.01}}]})
+    sensors = [{"type": "pose", "position": {"noise": 0.01}}, {"type": "twist"}]
+    noisy = cdpr.simulate(CAROCA, overrides={**SHORT, "sensors": sensors})
     panel = next(panel for panel in plots.sensors(noisy) if panel.name == "pose_position_error")
     assert panel.limits[0].values == pytest.approx((-0.03, 0.03))
     assert np.std(panel.curves[0].points.values) == pytest.approx(0.01, rel=0.3)
