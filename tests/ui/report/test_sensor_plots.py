@@ -77,7 +77,7 @@ def test_estimate_has_the_band_of_its_sigma(run: Run) -> None:
     added = [column for group in plots.ESTIMATES for column in GROUPS[group].columns]
     sigma = np.linspace(0.1, 1.2, 12)
     values = {
-        "estimated_position": run.position + [0.01, 0.0, 0.0],
+        "estimated_position": run.position + np.array([0.01, 0.0, 0.0]),
         "estimated_orientation": run.orientation,
         "estimated_velocity": run.velocity,
         "estimated_angular_velocity": run.angular_velocity,
