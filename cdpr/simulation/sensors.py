@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from cdpr.model.shapes import Obstacle
 from cdpr.native.bind import bind
 from cdpr.native.random_numbers import Stream
 from cdpr.scenario import Scenario
+from cdpr.sensing.disturbance import Disturbance, Mount
 from cdpr.sensing.measurement import kernel_arguments
 from cdpr.sensing.sensor import Sensor, Sources, Used
 from cdpr.simulation.loop_part import LoopPart, Surroundings
@@ -21,6 +22,8 @@ from cdpr.tension.operations import Operation
 
 # Parts of the seen state that a sensor provides.
 SEEN: Mapping[Used, slice] = {"pose": slice(0, 7), "twist": slice(7, 13)}
+
+LOST = 3  # place in `count` of measurement.hpp
 
 
 def sensors_of(scenario: Scenario) -> LoopPart | None:
@@ -68,7 +71,7 @@ class Sensors(LoopPart):
     def connect(self, surroundings: Surroundings) -> None:
         """Bind the operations of all sensors."""
         backend, m = surroundings.backend, surroundings.robot.m
-        torque = np.zeros(m)
+        torque, self._cables = np.zeros(m), m
 
         def read_winches(unwound: Array, unwinding: Array) -> list[Operation]:
             if not self._stretch:
@@ -78,6 +81,8 @@ class Sensors(LoopPart):
         about = surroundings.step, self._obstacles, surroundings.view, surroundings.has, read_winches
         sources = Sources(surroundings.robot, surroundings.state, backend.gravity, *about)
         self._operations: list[Operation] = []
+        self._memory: dict[str, Mapping[str, Array]] = {}
+        self._mounts: dict[str, Mount] = {}
         self.arrays = (torque,)
         for sensor, stream in zip(self._sensors, self.streams, strict=True):
             truth = sensor.truth(sources)
@@ -88,11 +93,42 @@ class Sensors(LoopPart):
             measure = bind("measure", **given, **settings, **memory)
             self._operations += [*truth.write, Operation(self.name, measure, timed=True)]
             self.arrays += (*truth.arrays, *memory.values())
+            self._memory[sensor.title] = memory
+            if truth.mount is not None:
+                self._mounts[sensor.title] = truth.mount
             if self._used.get(sensor.used) is sensor:
                 cables = surroundings.seen_cables.reshape(-1)
                 target = cables if sensor.used == "cables" else surroundings.seen[SEEN[sensor.used]]
                 self._operations.append(Operation(self.name, bind("copy", source=measured, target=target)))
 
+        moved = {id(array): array for mount in self._mounts.values() for array in mount.arrays}
+        self._at_start = [(array, array.copy()) for array in moved.values()]
+        self.arrays += tuple(moved.values())
+
+    def reset(self) -> None:
+        """Return to the state before the first sample, also of the mounts."""
+        super().reset()
+        for array, start in self._at_start:
+            array[:] = start
+
+    def disturb(self, name: str, change: Disturbance) -> None:
+        """Disturb the later measurements of the sensor with this name."""
+        sensor = next(each for each in self._sensors if each.title == name)
+        memory, first = self._memory[name], 0
+        memory["count"][LOST] += change.lost
+        if name in self._mounts:
+            self._mounts[name].move(change.position, change.rotation)
+        for quantity in sensor.with_errors if change.bias else ():
+            end = first + quantity.components(self._cables)
+            if quantity.key == (change.quantity or sensor.quantities[0].key):
+                memory["walk"][first:end] += change.bias
+            first = end
+
     def observed(self, period: float) -> Sequence[Operation]:
         """Return the operations that measure, and write what the controller sees."""
         return self._operations
+
+
+def disturb_of(parts: Iterable[LoopPart]) -> Callable[[str, Disturbance], None] | None:
+    """Return the function that disturbs a sensor; None if no part has sensors."""
+    return next((part.disturb for part in parts if isinstance(part, Sensors)), None)
