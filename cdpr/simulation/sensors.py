@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 import numpy as np
 
 from cdpr.base.columns import Column
-from cdpr.base.needs import of_sensor
+from cdpr.base.needs import YES, of_sensor
 from cdpr.cables import chain_of
 from cdpr.model.robot import Array
 from cdpr.model.shapes import Obstacle
@@ -28,10 +28,31 @@ LOST = 3  # place in `count` of measurement.hpp
 
 def sensors_of(scenario: Scenario) -> LoopPart | None:
     """Return the part of the loop with the sensors of a scenario; None if it has none."""
-    sensors = scenario.sections.sensors
-    own = scenario.robot.cables if scenario.actuators is None else ()  # actuators replace the winches
-    stretch = any(chain_of(scenario.robot, cable).stretches for cable in own)
+    sensors, stretch = scenario.sections.sensors, _stretch(scenario)
     return Sensors(sensors, scenario.simulation.seed, scenario.obstacles, stretch=stretch) if sensors else None
+
+
+def used_sensors(scenario: Scenario) -> dict[Used, Sensor]:
+    """Return the sensors that the controller uses, by what they provide."""
+    return _first_ones(scenario.sections.sensors, _stretch(scenario))
+
+
+def stream_name(sensor: Sensor) -> str:
+    """Return the name of the random stream of a sensor."""
+    return f"sensors.{sensor.title}"
+
+
+def _stretch(scenario: Scenario) -> bool:
+    own = scenario.robot.cables if scenario.actuators is None else ()  # actuators replace the winches
+    return any(chain_of(scenario.robot, cable).stretches for cable in own)
+
+
+def _first_ones(sensors: Sequence[Sensor], stretch: bool) -> dict[Used, Sensor]:
+    used: dict[Used, Sensor] = {}
+    for sensor in sensors:
+        if sensor.used and not (sensor.used == "cables" and stretch):
+            used.setdefault(sensor.used, sensor)
+    return used
 
 
 class Sensors(LoopPart):
@@ -48,18 +69,15 @@ class Sensors(LoopPart):
     """
 
     name = "sensors"
-    needs = of_sensor()
+    needs = of_sensor(controller_fmu=YES)
 
     def __init__(
         self, sensors: Sequence[Sensor], seed: int, obstacles: tuple[Obstacle, ...] = (), *, stretch: bool = False
     ) -> None:
         self._sensors, self._obstacles, self._stretch = sensors, obstacles, stretch
         self.columns: tuple[Column, ...] = tuple(column for sensor in sensors for column in sensor.columns)
-        self.streams = tuple(Stream(seed, f"sensors.{sensor.title}") for sensor in sensors)
-        self._used: dict[Used, Sensor] = {}
-        for sensor in sensors:
-            if sensor.used and not (sensor.used == "cables" and stretch):
-                self._used.setdefault(sensor.used, sensor)
+        self.streams = tuple(Stream(seed, stream_name(sensor)) for sensor in sensors)
+        self._used = _first_ones(sensors, stretch)
         seen = frozenset({"seen"}) if self._used.keys() & SEEN.keys() else frozenset()
         self.writes = seen | (frozenset({"seen_cables"}) if "cables" in self._used else frozenset())
 
