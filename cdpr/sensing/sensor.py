@@ -12,7 +12,7 @@ import re
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import AfterValidator, Field
 
@@ -41,6 +41,12 @@ def _short(value: str) -> str:
             f"{value[:40]!r}"
         )
     return value
+
+
+def _merged(base: Any, given: Any) -> Any:
+    if not (isinstance(base, dict) and isinstance(given, dict)):
+        return given
+    return {**base, **{key: _merged(base.get(key), value) for key, value in given.items()}}
 
 
 @dataclass(frozen=True)
@@ -156,6 +162,26 @@ class Sensor(Kind):
     dropout: Annotated[float, Field(ge=0, lt=1)] = Field(
         0.0, description="probability that a measurement is lost, but for the first"
     )
+
+    believed: dict[str, Any] | None = Field(
+        None,
+        description="keys of this sensor with the values that estimators and controllers assume, such as another place "
+        "or noise; others are the true ones",
+    )
+
+    @property
+    def nominal(self) -> Self:
+        """Sensor as estimators and controllers assume it: with the values of `believed`.
+
+        Raises:
+            CdprError: if `believed` is invalid; sensors of a scenario have been checked.
+        """
+        return type(self)(**self.nominal_data()) if self.believed else self
+
+    def nominal_data(self) -> dict[str, Any]:
+        """Return the given values with those of `believed`, as plain data: mappings by key, everything else whole."""
+        data = self.to_dict()
+        return _merged(data, data.pop("believed", {}))
 
     @property
     def title(self) -> str:
