@@ -11,7 +11,7 @@ from cdpr.native.random_numbers import Stream
 from cdpr.scenario import Scenario
 from cdpr.sensing.measurement import kernel_arguments
 from cdpr.sensing.sensor import Sources
-from cdpr.simulation.sensors import SEEN, stream_name, used_sensors
+from cdpr.simulation.sensors import SEEN, seen_sensors, stream_name
 
 
 def exported_sensors(scenario: Scenario, state: Array) -> tuple[Array, list[Call]]:
@@ -28,7 +28,7 @@ def exported_sensors(scenario: Scenario, state: Array) -> tuple[Array, list[Call
         (13,) the seen state, which is `state` itself without sensors of it, and the calls in order.
     """
     robot, step = scenario.robot, scenario.simulation.control_step
-    found = {used: sensor for used, sensor in used_sensors(scenario).items() if used in SEEN}
+    found = seen_sensors(scenario)
     if not found:
         return state, []
     seen = np.zeros(13)

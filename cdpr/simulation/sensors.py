@@ -23,6 +23,7 @@ from cdpr.tension.operations import Operation
 # Parts of the seen state that a sensor provides.
 SEEN: Mapping[Used, slice] = {"pose": slice(0, 7), "twist": slice(7, 13)}
 
+RESOLUTION = 4  # place in a row of errors
 LOST = 3  # place in `count` of measurement.hpp
 
 
@@ -35,6 +36,12 @@ def sensors_of(scenario: Scenario) -> LoopPart | None:
 def used_sensors(scenario: Scenario) -> dict[Used, Sensor]:
     """Return the sensors that the controller uses, by what they provide."""
     return _first_ones(scenario.sections.sensors, _stretch(scenario))
+
+
+def seen_sensors(scenario: Scenario) -> dict[Used, Sensor]:
+    """Return the sensors of the state that the controller sees, in the order of `SEEN`."""
+    used = used_sensors(scenario)
+    return {key: used[key] for key in SEEN if key in used}
 
 
 def stream_name(sensor: Sensor) -> str:
@@ -83,8 +90,23 @@ class Sensors(LoopPart):
 
     @property
     def nonlinear(self) -> str:
-        """Return why the loop cannot be linearised."""
-        return "measurements of sensors are not linear"
+        """Return why the loop cannot be linearised: encoders that the controller uses, or rounded values.
+
+        `cdpr.simulation.late_measurements` contains periods and delays.
+        """
+        if "cables" in self._used:
+            return "the rates that encoders measure are differences, which are not linearised"
+        rounded = (each.title for each in self._used.values() if any(row[RESOLUTION] for row in each.errors(1)))
+        return next((f"the resolution of the sensor '{name}' is not linear" for name in rounded), "")
+
+    @property
+    def linear_states(self) -> tuple[Array, ...]:
+        """Return no array: `cdpr.simulation.late_measurements` contains periods and delays."""
+        return ()
+
+    def errors_of(self, used: Used) -> Array:
+        """Return gain, bias, noise, drift and resolution (k, 5) of the sensor that the controller uses, live."""
+        return self._errors[used]
 
     def connect(self, surroundings: Surroundings) -> None:
         """Bind the operations of all sensors."""
@@ -101,6 +123,7 @@ class Sensors(LoopPart):
         self._operations: list[Operation] = []
         self._memory: dict[str, Mapping[str, Array]] = {}
         self._mounts: dict[str, Mount] = {}
+        self._errors: dict[Used, Array] = {}
         self.arrays = (torque,)
         for sensor, stream in zip(self._sensors, self.streams, strict=True):
             truth = sensor.truth(sources)
@@ -112,6 +135,7 @@ class Sensors(LoopPart):
             self._operations += [*truth.write, Operation(self.name, measure, timed=True)]
             self.arrays += (*truth.arrays, *memory.values())
             self._memory[sensor.title] = memory
+            self._errors[sensor.used] = self._errors.get(sensor.used, settings["errors"])
             if truth.mount is not None:
                 self._mounts[sensor.title] = truth.mount
             if self._used.get(sensor.used) is sensor:
