@@ -181,7 +181,8 @@ class Sensor(Kind):
     def nominal_data(self) -> dict[str, Any]:
         """Return the given values with those of `believed`, as plain data: mappings by key, everything else whole."""
         data = self.to_dict()
-        return _merged(data, data.pop("believed", {}))
+        merged: dict[str, Any] = _merged(data, data.pop("believed", {}))
+        return merged
 
     @property
     def title(self) -> str:

@@ -23,11 +23,11 @@ from cdpr.model.robot import Array
 from cdpr.model.rotations import matrix
 from cdpr.scenario import Scenario
 from cdpr.sensing.sensor import Sensor
+from cdpr.simulation.linear_map import Linearised
 from cdpr.simulation.linearised_scenario import NotLinearisedError
 from cdpr.simulation.sensors import Sensors, seen_sensors
 
 if TYPE_CHECKING:
-    from cdpr.simulation.linearised import Linearised
     from cdpr.simulation.loop import Loop
 
 BIAS = 1  # place in a row of errors

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -25,6 +25,7 @@ from cdpr.scenario import Scenario
 from cdpr.simulation.build import build
 from cdpr.simulation.columns import chosen_plugins
 from cdpr.simulation.late_measurements import LateMeasurements, ignored_errors, late_measurements
+from cdpr.simulation.linear_map import Linearised
 from cdpr.simulation.linearised_scenario import NotLinearisedError, held_scenario
 from cdpr.simulation.loop import Loop
 from cdpr.simulation.small_steps import SMALL, counted_places
@@ -45,37 +46,6 @@ CORNER = 1e-5  # difference of the derivatives to both sides, likewise; smaller 
 REST = 1e-9  # change in a period at rest, relative to the scales
 ITERATIONS = 30  # of Newton's method for the state of rest
 FARTHEST = 0.05  # change of the platform in an iteration, relative to the scales
-
-
-@dataclass(frozen=True, eq=False)
-class Linearised:
-    """Linear map of a control period about a state of rest, xi[k + 1] = A xi[k] + B w[k], with xi = x / scale.
-
-    Attributes:
-        A: (k, k), derivative by the state.
-        corners: (k, k); the derivatives to both sides are A plus and minus this, 0 where the map is smooth. Tensions
-            have corners at symmetric poses, where other cables reach their lower limits.
-        B: (k, n), derivative by the desired pose in each degree of freedom [1/m, 1/rad].
-        plant: (j, j), derivative of one physics step of the plant with held commands, by its first j coordinates.
-        names: name of each coordinate: a degree of freedom or "winches", its rate as `x'`, "servo" or "controller",
-            also for commands that wait in drives.
-        scale: (k,), scales.
-        rest: (k,), state of rest; of the platform relative to the desired pose.
-        period: time between two calls of the controller [s].
-        physics_step: [s].
-        notes: facts that limit its validity.
-    """
-
-    A: Array
-    corners: Array
-    B: Array
-    plant: Array
-    names: tuple[str, ...]
-    scale: Array
-    rest: Array
-    period: float
-    physics_step: float
-    notes: tuple[str, ...]
 
 
 def linearise(scenario: Scenario, pose: Array, *, response: bool = False) -> Linearised:

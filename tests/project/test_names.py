@@ -59,7 +59,7 @@ OTHERS = [
     Other("csv", "cdpr.log.export", "the ending of a file"),
     Other("csv", "cdpr.ui.cli.export", "the ending of a file"),
     Other("hold", "cdpr.trajectory", "a function"),
-    Other("hold", "cdpr.simulation.linearised", "the motion at rest, about which a loop is linear"),
+    Other("hold", "cdpr.simulation.linearised_scenario", "the motion at rest, about which a loop is linear"),
     Other("pulley", "cdpr.formats.read.cdpyr", "a key of other files"),
     Other("ideal", "cdpr.ui.report.text.description", "a drive without inertia"),
     Other("circle", "cdpr.trajectory", "a function"),
