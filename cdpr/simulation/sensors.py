@@ -121,6 +121,7 @@ class Sensors(LoopPart):
         about = surroundings.step, self._obstacles, surroundings.view, surroundings.has, read_winches
         sources = Sources(surroundings.robot, surroundings.state, backend.gravity, *about)
         self._operations: list[Operation] = []
+        seen: list[Operation] = []
         self._memory: dict[str, Mapping[str, Array]] = {}
         self._mounts: dict[str, Mount] = {}
         self._errors: dict[Used, Array] = {}
@@ -141,7 +142,8 @@ class Sensors(LoopPart):
             if self._used.get(sensor.used) is sensor:
                 cables = surroundings.seen_cables.reshape(-1)
                 target = cables if sensor.used == "cables" else surroundings.seen[SEEN[sensor.used]]
-                self._operations.append(Operation(self.name, bind("copy", source=measured, target=target)))
+                seen.append(Operation(self.name, bind("copy", source=measured, target=target)))
+        self._operations += seen  # after all measurements, which cases of a rollout make alone
 
         moved = {id(array): array for mount in self._mounts.values() for array in mount.arrays}
         self._at_start = [(array, array.copy()) for array in moved.values()]
