@@ -197,6 +197,11 @@ def of_sensor(**others: Support) -> Needs:
     return of_run(**{**exports, "controller_fmu": recorded, "bare_controller_fmu": given, "native": given, **others})
 
 
+def of_estimator() -> Needs:
+    """Return the needs of an estimator: as those of a sensor, but no export contains it."""
+    return of_sensor(controller_fmu=no("its controller would see the true state"))
+
+
 def of_loop_part() -> Needs:
     """Return the needs of a part of the loop that declares none: it is in all runs, and in no export."""
     apart = no("exports contain no further parts of the loop")

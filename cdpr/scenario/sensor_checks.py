@@ -8,6 +8,7 @@ from collections.abc import Callable
 from pydantic import ValidationError
 
 from cdpr.base.columns import known_columns
+from cdpr.base.defaults import ESTIMATOR
 from cdpr.base.problems import Path
 from cdpr.config.messages import explain
 from cdpr.scenario.checks import Checks
@@ -57,7 +58,8 @@ class SensorChecks(Checks):
                     self._biases(path, each, cables)
             self._name(i, sensor, columns)
             self._size(i, sensor, cables, control_step)
-        for one, other in ("pose", "twist"), ("twist", "pose"):
+        estimator = self.document.get(("estimator", "type"))
+        for one, other in (("pose", "twist"), ("twist", "pose")) if estimator in (None, ESTIMATOR) else ():
             if one in used and other not in used:
                 text = f"the controller uses this {one}, and needs a {other}, too: add a sensor of the type {other}"
                 self.add_problem(("sensors", used[one]), text)

@@ -17,6 +17,7 @@ from cdpr.scenario import Scenario
 from cdpr.sensing.disturbance import Disturbance, Mount
 from cdpr.sensing.measurement import kernel_arguments
 from cdpr.sensing.sensor import Sensor, Sources, Used
+from cdpr.simulation.estimation import estimator_of
 from cdpr.simulation.loop_part import LoopPart, Surroundings
 from cdpr.tension.operations import Operation
 
@@ -29,13 +30,14 @@ LOST = 3  # place in `count` of measurement.hpp
 
 def sensors_of(scenario: Scenario) -> LoopPart | None:
     """Return the part of the loop with the sensors of a scenario; None if it has none."""
-    sensors, stretch = scenario.sections.sensors, _stretch(scenario)
-    return Sensors(sensors, scenario.simulation.seed, scenario.obstacles, stretch=stretch) if sensors else None
+    sensors = scenario.sections.sensors
+    about = {"stretch": _stretch(scenario), "estimated": estimator_of(scenario) is not None}
+    return Sensors(sensors, scenario.simulation.seed, scenario.obstacles, **about) if sensors else None
 
 
 def used_sensors(scenario: Scenario) -> dict[Used, Sensor]:
     """Return the sensors that the controller uses, by what they provide."""
-    return _first_ones(scenario.sections.sensors, _stretch(scenario))
+    return _first_ones(scenario.sections.sensors, _stretch(scenario), estimator_of(scenario) is not None)
 
 
 def seen_sensors(scenario: Scenario) -> dict[Used, Sensor]:
@@ -54,10 +56,10 @@ def _stretch(scenario: Scenario) -> bool:
     return any(chain_of(scenario.robot, cable).stretches for cable in own)
 
 
-def _first_ones(sensors: Sequence[Sensor], stretch: bool) -> dict[Used, Sensor]:
+def _first_ones(sensors: Sequence[Sensor], stretch: bool, estimated: bool) -> dict[Used, Sensor]:
     used: dict[Used, Sensor] = {}
     for sensor in sensors:
-        if sensor.used and not (sensor.used == "cables" and stretch):
+        if sensor.used and not (stretch if sensor.used == "cables" else estimated):
             used.setdefault(sensor.used, sensor)
     return used
 
@@ -73,18 +75,25 @@ class Sensors(LoopPart):
         seed: seed of the simulation.
         obstacles: obstacles of the world.
         stretch: True if a cable stretches, so that its unwound length differs from its length.
+        estimated: True if an estimator provides the state that the controller sees.
     """
 
     name = "sensors"
     needs = of_sensor(controller_fmu=YES)
 
     def __init__(
-        self, sensors: Sequence[Sensor], seed: int, obstacles: tuple[Obstacle, ...] = (), *, stretch: bool = False
+        self,
+        sensors: Sequence[Sensor],
+        seed: int,
+        obstacles: tuple[Obstacle, ...] = (),
+        *,
+        stretch: bool = False,
+        estimated: bool = False,
     ) -> None:
         self._sensors, self._obstacles, self._stretch = sensors, obstacles, stretch
         self.columns: tuple[Column, ...] = tuple(column for sensor in sensors for column in sensor.columns)
         self.streams = tuple(Stream(seed, stream_name(sensor)) for sensor in sensors)
-        self._used = _first_ones(sensors, stretch)
+        self._used = _first_ones(sensors, stretch, estimated)
         seen = frozenset({"seen"}) if self._used.keys() & SEEN.keys() else frozenset()
         self.writes = seen | (frozenset({"seen_cables"}) if "cables" in self._used else frozenset())
 
