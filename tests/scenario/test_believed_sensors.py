@@ -6,6 +6,7 @@ import pytest
 
 import cdpr
 from cdpr.base.errors import CdprError, ScenarioError
+from cdpr.simulation import estimation
 
 SENSORS = [
     {"type": "pose", "name": "mocap"},
@@ -79,3 +80,19 @@ def test_invalid_believed_values_are_reported(believed, text):
 def test_invalid_believed_values_of_a_sensor_without_scenario_are_errors():
     with pytest.raises(CdprError, match="antenna"):
         _ = cdpr.sensing.Receiver(believed={"antenna": [0.0, 0.0]}).nominal
+
+
+def test_estimators_get_the_believed_sensors(monkeypatch):
+    given = []
+    make = estimation._make
+
+    def spy(entry, robot, scenario, sensors):
+        given.append([model.sensor.title for model in sensors] + [model.sensor.length.noise for model in sensors])
+        return make(entry, robot, scenario, sensors)
+
+    monkeypatch.setattr(estimation, "_make", spy)
+    sensor = {"type": "encoders", "name": "drums", "length": {"noise": 1e-3}, "believed": {"length": {"noise": 2e-3}}}
+    overrides = {"sensors": [sensor], "estimator": {"type": "forward_kinematics"}}
+    with cdpr.Simulation("caroca", overrides=overrides) as simulation:
+        simulation.step()
+    assert {*map(tuple, given)} == {("drums", 2e-3)}
