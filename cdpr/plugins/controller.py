@@ -156,6 +156,21 @@ class Controller(ABC):
             cables: (2, m), live and read-only.
         """
 
+    def inner_loop(self, distributed: Array, tension: Array) -> Callable[[float], object] | None:
+        """Return the function of time that turns distributed tensions into the tensions to send; None without one.
+
+        It is called in each control step after the distribution of a wrench, also of one from outside, and is compiled
+        if it is a result of `cdpr.native.bind.bind` that takes a time. Events then impose the tensions of broken and
+        jammed cables. The log contains the sent tensions; wrench and report are those of the distribution. A controller
+        with this method cannot be exported. It is called once for each stage, after `observe`; all results share the
+        memory of the controller.
+
+        Args:
+            distributed: (m,), N, live and read-only.
+            tension: (m,), N; written, within the limits.
+        """
+        return None
+
     def observe(self, inputs: ControllerInputs) -> None:  # noqa: B027 - an optional hook
         """Store further live inputs: preview, limits, held cables, previous command, measurements.
 

@@ -61,6 +61,7 @@ class LoopPart:
         columns: columns that it adds to a row: those of a group in `cdpr.base.columns.GROUPS`, for the documentation.
         arrays: its memory besides the streams, live.
         writes: "seen" or "seen_cables" or both, if operations of `observed` write these arrays of `Surroundings`.
+        measured: names of its columns that controllers observe as measurements.
         works: sources of work on the platform that it adds, each with its column of the work since the first sample, J;
             "" if the work is unknown.
         moves_anchors: True if `anchor_motion` moves the anchors on the frame; at most one part of a loop. Its section
@@ -90,6 +91,7 @@ class LoopPart:
     columns: tuple[Column, ...] = ()
     arrays: tuple[Array, ...] = ()
     writes: frozenset[str] = frozenset()
+    measured: tuple[str, ...] = ()
     works: Mapping[str, str] = MappingProxyType({})
     moves_anchors: bool = False
     needs: Needs = of_loop_part()

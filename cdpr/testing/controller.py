@@ -108,6 +108,52 @@ def inputs_may_change(subject: ControllerSubject) -> None:
         expect(np.isfinite(out).all(), f"output {out.tolist()}")
 
 
+def tensions_are_corrected(subject: ControllerSubject) -> str:
+    """The inner loop writes finite tensions within the limits, and repeats them after `reset` and `restore`.
+
+    Skipped for controllers without the method `inner_loop`.
+    """
+    robot = samples.braced()
+    controller = subject.make(robot)
+    needs(type(controller).inner_loop is not Controller.inner_loop, "it has no inner loop")
+
+    def corrected(first: int) -> list[Array]:
+        answers = (_corrected(subject, controller, k) for k in range(first, first + 20))
+        return [answer for answer in answers if answer is not None]
+
+    begin = corrected(0)
+    later, snapshot = corrected(20), controller.snapshot()
+    ways = [corrected(40), later]
+    controller.restore(snapshot)
+    ways[1] = corrected(40)
+    controller.reset()
+    for answers, wanted, when in ((ways[1], ways[0], "the snapshot"), (corrected(0), begin, "reset")):
+        for here, there in zip(answers, wanted, strict=True):
+            expect_same_bits(here, there, f"tensions after {when}")
+    change = max(float(np.abs(after - _distributed(robot, k)).max()) for k, after in enumerate(begin))
+    return f"it changes tensions by up to {change:.3g} N"
+
+
+def _distributed(robot: Robot, k: int) -> Array:
+    """Return tensions (m,) within the limits, N, for a sample."""
+    share = np.random.default_rng(k).uniform(0.2, 0.8, robot.m)
+    return robot.tension_min + share * (np.minimum(robot.tension_max, robot.tension_min + 1e3) - robot.tension_min)
+
+
+def _corrected(subject: ControllerSubject, controller: Controller, k: int) -> Array | None:
+    """Return the tensions of the inner loop for a sample (m,), N; None without one."""
+    robot, wanted = controller.robot, _distributed(controller.robot, k)
+    for name, values in subject.measurements.items():  # 5 N less, at once
+        values[:] = 0.0 if name.endswith("_age") else wanted - 5.0 if len(values) == robot.m else 0.0
+    tension = subject.corrected(controller, wanted, 1e-3 * (k + 1))
+    if tension is None:
+        return None
+    expect(np.isfinite(tension).all(), f"tensions {tension.tolist()}")
+    within = (tension >= robot.tension_min).all() and (tension <= robot.tension_max).all()
+    expect(within, f"tensions beyond their limits: {tension.tolist()}")
+    return tension
+
+
 def platform_is_renewed(subject: ControllerSubject) -> None:
     """After `renew(robot)` and `reset`, the outputs are identical to those of a new object for this robot.
 
@@ -134,6 +180,7 @@ def columns_are_written(subject: ControllerSubject) -> str:
 
     def work(k: int) -> None:
         subject.compute(controller, *_motion(k), time=1e-3 * k)
+        _corrected(subject, controller, k)
 
     return expect_written(subject.columns, robot, controller, controller.reset, work)
 
@@ -144,11 +191,14 @@ def options_change(subject: ControllerSubject) -> str:
     If a second `change` sets the first options again, the outputs are the same as without any change. Each changeable
     option must have an effect. Skipped without `changeable` options.
     """
+
+    def compute(controller: Controller, k: int) -> Array:
+        out = subject.compute(controller, *_motion(k), time=1e-3 * k)
+        tension = _corrected(subject, controller, k)
+        return out if tension is None else np.append(out, tension)
+
     return expect_changes(
-        subject.changeable,
-        subject.options,
-        lambda options: subject.having(options).make(samples.braced()),
-        lambda controller, k: subject.compute(controller, *_motion(k), time=1e-3 * k),
+        subject.changeable, subject.options, lambda options: subject.having(options).make(samples.braced()), compute
     )
 
 
@@ -300,6 +350,7 @@ CHECKS = [
         reset_forgets,
         period_is_whole,
         inputs_may_change,
+        tensions_are_corrected,
         platform_is_renewed,
         columns_are_written,
         options_change,

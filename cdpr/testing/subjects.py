@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from copy import copy
 from importlib import import_module
 from types import MappingProxyType
@@ -14,10 +14,11 @@ from numpy.typing import NDArray
 from cdpr.base.errors import PluginError, one_line
 from cdpr.base.problems import short_repr
 from cdpr.model import Robot
-from cdpr.model.robot import Array
+from cdpr.model.robot import Array, read_only
 from cdpr.plugins import Backend, Column, Controller, ControllerInputs, Environment, TensionSolver
 from cdpr.plugins.controller import COMMANDS
 from cdpr.plugins.registry import with_arrays
+from cdpr.sensing import SENSORS
 from cdpr.tension import Status
 from cdpr.testing import samples
 from cdpr.testing.check import Failed, NotApplicable, expect
@@ -166,12 +167,17 @@ class ControllerSubject(_Subject):
 
     Attributes:
         limits: (2, m), N, limits that the last controller observes, live.
+        measurements: columns of the sensors that the controllers use, by name, shared by all of them, live.
         held: (m,), cables that it knows to be held, live.
     """
 
     limits: Array
     held: NDArray[np.bool_]
     _desired: Array
+
+    def __init__(self, *arguments: Any, **named: Any) -> None:
+        super().__init__(*arguments, **named)
+        self.measurements: dict[str, Array] = {}
 
     @property
     def commands(self) -> bool:
@@ -191,13 +197,34 @@ class ControllerSubject(_Subject):
         controller.observe(self._inputs(robot))
         return controller
 
+    def corrected(self, controller: Controller, distributed: Array, time: float) -> Array | None:
+        """Return the tensions (m,) that a controller's inner loop writes, N; None without one."""
+        tension = np.full(controller.robot.m, np.nan)
+        correct = controller.inner_loop(read_only(distributed), tension)
+        if correct is None:
+            return None
+        correct(time)
+        return tension
+
     def _inputs(self, robot: Robot) -> ControllerInputs:
         """Return inputs of a robot without faults, whose preview is the last desired state."""
         self.limits, self.held = np.array([robot.tension_min, robot.tension_max]), np.zeros(robot.m, dtype=bool)
         limits, held, command = self.limits.view(), self.held.view(), np.zeros(robot.m)
         for given in (limits, held, command):
             given.flags.writeable = False
-        return ControllerInputs(self._preview, limits, held, command, MappingProxyType({}))
+        for name, values in self._measurements(robot):
+            if len(self.measurements.get(name, ())) != len(values):
+                self.measurements[name] = values
+        measured = MappingProxyType({name: read_only(values) for name, values in self.measurements.items()})
+        return ControllerInputs(self._preview, limits, held, command, measured)
+
+    def _measurements(self, robot: Robot) -> Iterator[tuple[str, Array]]:
+        """Yield zeros for the columns of each sensor that the controller declares."""
+        declares = getattr(self.options, "declares", dict)
+        for name, kind in {**self.properties, **declares()}.get("sensors", {}).items():
+            expect(kind in SENSORS, f"declares the sensor '{name}' of an unknown type, {short_repr(kind)}")
+            for column in SENSORS[kind].model_construct(type=kind, name=name).columns:
+                yield column.name, np.zeros(column.width or robot.m)
 
     def _preview(self, times: Array) -> Array:
         return np.tile(self._desired, (len(times), 1))
