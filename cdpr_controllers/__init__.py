@@ -10,7 +10,7 @@ from pydantic import Field
 from cdpr.base.fields import MAX_MAGNITUDE
 from cdpr.fmu.read.options import FMU, FmuFile
 from cdpr.link.options import REMOTE, PeerOptions
-from cdpr.plugins import FileName, PluginInfo, PluginOptions, hookimpl
+from cdpr.plugins import Column, FileName, PluginInfo, PluginOptions, hookimpl
 
 Gain = Annotated[float, Field(ge=0.0, le=MAX_MAGNITUDE)]
 Gains = Gain | Annotated[tuple[Gain, Gain, Gain, Gain, Gain, Gain], Field(strict=False)]
@@ -110,6 +110,27 @@ class InverseKinematicsOptions(PluginOptions):
     )
 
 
+class VisualServoOptions(PluginOptions):
+    """Options of the controller `visual_servo`."""
+
+    kp: Gains = Field(
+        25.0,
+        description="proportional gain, one number or six: x, y, z, rx, ry, rz",
+        json_schema_extra={"unit": "1/s^2"},
+    )
+    kd: Gains = Field(
+        10.0,
+        description="damping gain, one number or six: x, y, z, rx, ry, rz",
+        json_schema_extra={"unit": "1/s"},
+    )
+    interaction: Literal["desired", "current", "mean"] = Field(
+        "mean", description="pose of the interaction matrix: the desired or the estimated one, or the mean of both"
+    )
+    smoothing: Annotated[float, Field(ge=0.0, lt=1.0)] = Field(
+        0.5, description="memory of the filter that estimates error and velocity from the images; 0: none"
+    )
+
+
 class FmuOptions(PluginOptions, FmuFile):
     """Options of the controller `fmu`."""
 
@@ -186,6 +207,19 @@ def cdpr_controllers() -> list[PluginInfo]:
             summary="unwound lengths or rates of the cables for the desired pose, without feedback; flex compensation",
             properties={"output": "command", "feedback": False},
             options=InverseKinematicsOptions,
+        ),
+        PluginInfo(
+            name="visual_servo",
+            factory="cdpr_controllers.visual_servo:VisualServo",
+            summary="image-based visual servoing on the markers in a camera's image, with computed torque",
+            properties={"output": "wrench", "sensors": ("markers",)},
+            options=VisualServoOptions,
+            columns=(
+                Column("servo_error", 1, "px", "Root mean square distance of the markers from their desired pixels"),
+                Column("servo_markers", 1, "", "Number of markers seen in the last image"),
+                Column("servo_age", 1, "s", "Time since the last image from which the pose followed"),
+            ),
+            changeable=("kp", "kd"),
         ),
         PluginInfo(
             name=FMU,

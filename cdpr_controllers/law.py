@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -53,7 +54,10 @@ class GainLaw(SnapshotOfArrays, Controller):
         body = {"inertial": robot.inertial.copy(), "gravity": np.array(gravity, dtype=np.float64)}
         self._given = {"gains": np.zeros(12), **body, **more}
         self.change(options)
-        self._law = Law(self.compiled, 6)
+
+    @cached_property
+    def _law(self) -> Law:
+        return Law(self.compiled, 6)
 
     def change(self, options: Any) -> None:
         """Set new gains."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -56,13 +56,16 @@ class ControllerCalls(SnapshotOfArrays):
         cables: limits of the cables.
         locked: (m,), True for cables that the distribution has locked, live.
         now: (1,), time of the present sample, s, live.
+        view: function that returns a column of the present row, live.
 
     Attributes:
         period: number of control steps.
         arrays: state; () for controllers that are called in each control step, without further inputs.
     """
 
-    def __init__(self, parts: Parts, cables: Cables, locked: NDArray[np.bool_], now: Array) -> None:
+    def __init__(
+        self, parts: Parts, cables: Cables, locked: NDArray[np.bool_], now: Array, view: Callable[[str], Array]
+    ) -> None:
         controller, self._now = parts.controller, now
         self._control, self._step = controller.control, parts.control_step
         self.period = period_of(controller)
@@ -76,7 +79,9 @@ class ControllerCalls(SnapshotOfArrays):
             known = locked.view()
             known.flags.writeable = False
             limits, sent = read_only(cables.limits), read_only(self._sent)
-            controller.observe(ControllerInputs(self.preview, limits, known, sent, MappingProxyType({})))
+            names = [column.name for part in parts.more if part.measures for column in part.columns]
+            measured = MappingProxyType({name: read_only(view(name)) for name in names})
+            controller.observe(ControllerInputs(self.preview, limits, known, sent, measured))
 
     def follow(self, motion: Trajectory, planned: Trajectory, events: Sequence[ScenarioEvent]) -> None:
         """Preview another motion: the `planned` one, which these events change to `motion`."""

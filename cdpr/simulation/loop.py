@@ -76,7 +76,7 @@ class Loop:
         self.given_state, self.given_desired = read_only(present.seen), read_only(self.desired)
         self.sample = parts.trajectory.sampler(self.desired)
         locked = np.zeros(parts.robot.m, dtype=bool)
-        self.calls = ControllerCalls(parts, present.cables, locked, present.view("time"))
+        self.calls = ControllerCalls(parts, present.cables, locked, present.view("time"), present.view)
         self.winding = Winding(parts, present)
         self.stage = self.stage_of(parts.output)
         self.out = self.written(self.stage)

@@ -45,6 +45,7 @@ class Sensors(LoopPart):
     """
 
     name = "sensors"
+    measures = True
     needs = of_sensor()
 
     def __init__(

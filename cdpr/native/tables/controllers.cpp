@@ -5,6 +5,7 @@
 #include <cdpr_controllers/inverse_kinematics.hpp>
 #include <cdpr_controllers/pid.hpp>
 #include <cdpr_controllers/static.hpp>
+#include <cdpr_controllers/visual_servo.hpp>
 
 namespace cdpr::CDPR_TARGET {
 
@@ -14,6 +15,7 @@ static constexpr cdpr_entry entries[] = {
     entry<PidControl<double>, pid<double>>("pid"),
     entry<CableLengthControl, cable_length>("cable_length"),
     entry<InverseKinematics, inverse_kinematics>("inverse_kinematics"),
+    entry<VisualServo, visual_servo>("visual_servo"),
 #ifndef CDPR_ALONE
     entry<TaskSpaceControl<Lanes>, computed_torque<Lanes>>("computed_torque_lanes"),
     entry<TaskSpaceControl<Lanes>, static_control<Lanes>>("static_lanes"),
