@@ -7,11 +7,11 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from cdpr.base.columns import CABLES, WORLD, Column
+from cdpr.base.columns import CABLES, WORLD
 from cdpr.base.fields import MAX_MAGNITUDE
 from cdpr.fmu.read.options import FMU, FmuFile
 from cdpr.link.options import REMOTE, PeerOptions
-from cdpr.plugins import FileName, PluginInfo, PluginOptions, hookimpl
+from cdpr.plugins import Column, FileName, PluginInfo, PluginOptions, hookimpl
 
 Gain = Annotated[float, Field(ge=0.0, le=MAX_MAGNITUDE)]
 Gains = Gain | Annotated[tuple[Gain, Gain, Gain, Gain, Gain, Gain], Field(strict=False)]
@@ -79,7 +79,7 @@ class PidOptions(PluginOptions):
 class TensionFeedbackOptions(ComputedTorqueOptions):
     """Options of the controller `tension_feedback`."""
 
-    sensor: str = Field("tension", description="name of the sensor of tensions")
+    sensor: str | None = Field(None, description="name of the sensor of tensions; default: the first one")
     gain: CableGains = Field(
         0.5, description="share of the tension error that is added at once, a number or one per cable"
     )
@@ -89,10 +89,6 @@ class TensionFeedbackOptions(ComputedTorqueOptions):
     integral_limit: CableGains = Field(
         500.0, description="largest tension of the integral, a number or one per cable", json_schema_extra={"unit": "N"}
     )
-
-    def declares(self) -> Mapping[str, object]:
-        """Return the sensor that it uses, with its type."""
-        return {"sensors": {self.sensor: "tension"}}
 
 
 class SlidingModeOptions(PluginOptions):
@@ -177,6 +173,27 @@ class InverseKinematicsOptions(PluginOptions):
     )
 
 
+class VisualServoOptions(PluginOptions):
+    """Options of the controller `visual_servo`."""
+
+    kp: Gains = Field(
+        25.0,
+        description="proportional gain, one number or six: x, y, z, rx, ry, rz",
+        json_schema_extra={"unit": "1/s^2"},
+    )
+    kd: Gains = Field(
+        10.0,
+        description="damping gain, one number or six: x, y, z, rx, ry, rz",
+        json_schema_extra={"unit": "1/s"},
+    )
+    interaction: Literal["desired", "current", "mean"] = Field(
+        "mean", description="pose of the interaction matrix: the desired or the estimated one, or the mean of both"
+    )
+    smoothing: Annotated[float, Field(ge=0.0, lt=1.0)] = Field(
+        0.5, description="memory of the filter that estimates error and velocity from the images; 0: none"
+    )
+
+
 class FmuOptions(PluginOptions, FmuFile):
     """Options of the controller `fmu`."""
 
@@ -243,7 +260,7 @@ def cdpr_controllers() -> list[PluginInfo]:
             name="tension_feedback",
             factory="cdpr_controllers.tension_feedback:TensionFeedback",
             summary="computed torque, and a PI law per cable on its measured tension around the distributed one",
-            properties={"output": "wrench", "features": ("moving_anchors",), "sensors": {"tension": "tension"}},
+            properties={"output": "wrench", "features": ("moving_anchors",), "sensors": ("tension",)},
             options=TensionFeedbackOptions,
             columns=(Column("distributed_tension", CABLES, "N", "Tensions that the inner loop follows"),),
             changeable=("kp", "kd", "gain", "integral_gain", "integral_limit"),
@@ -286,6 +303,19 @@ def cdpr_controllers() -> list[PluginInfo]:
             summary="unwound lengths or rates of the cables for the desired pose, without feedback; flex compensation",
             properties={"output": "command", "feedback": False},
             options=InverseKinematicsOptions,
+        ),
+        PluginInfo(
+            name="visual_servo",
+            factory="cdpr_controllers.visual_servo:VisualServo",
+            summary="image-based visual servoing on the markers in a camera's image, with computed torque",
+            properties={"output": "wrench", "sensors": ("markers",)},
+            options=VisualServoOptions,
+            columns=(
+                Column("servo_error", 1, "px", "Root mean square distance of the markers from their desired pixels"),
+                Column("servo_markers", 1, "", "Number of markers seen in the last image"),
+                Column("servo_age", 1, "s", "Time since the last image from which the pose followed"),
+            ),
+            changeable=("kp", "kd"),
         ),
         PluginInfo(
             name=FMU,

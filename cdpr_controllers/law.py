@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -56,7 +57,10 @@ class WrenchLaw(SnapshotOfArrays, Controller):
         body = {"inertial": robot.inertial.copy(), "gravity": np.array(gravity, dtype=np.float64)}
         self._given = {"gains": gains, **body, **more}
         self.change(options)
-        self._law = Law(self.compiled, 6)
+
+    @cached_property
+    def _law(self) -> Law:
+        return Law(self.compiled, 6)
 
     def renew(self, robot: Robot) -> bool:
         """Use the mass properties of another platform."""
@@ -75,7 +79,7 @@ class WrenchLaw(SnapshotOfArrays, Controller):
     def _give(self, **arrays: Array) -> None:
         """Replace arrays of the law."""
         self._given |= arrays
-        self._law = Law(self.compiled, 6)
+        vars(self).pop("_law", None)
 
 
 class GainLaw(WrenchLaw):

@@ -7,12 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.base.errors import CdprError, PluginError
+from cdpr.base.errors import CdprError
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.plugins.controller import Tunable
 from cdpr.plugins.inputs import ControllerInputs
+from cdpr.sensing import Sensor
+from cdpr.sensing.tension import Tension
 from cdpr_controllers.computed_torque import ComputedTorque
 
 
@@ -46,7 +48,6 @@ class TensionFeedback(ComputedTorque):
         self._logged = np.zeros(robot.m)
         super().__init__(robot, gravity, control_step, options)
         self.arrays = (self._integral,)
-        self._inputs: ControllerInputs | None = None
 
     def change(self, options: Any) -> None:
         """Set new gains and limits. The integrals keep their values, within the new limits from the next step on."""
@@ -58,6 +59,23 @@ class TensionFeedback(ComputedTorque):
         self._inner[:] = [np.broadcast_to(value, self.robot.m) for value in given.values()]
         self._inner[1] *= self.control_step
 
+    def use_sensors(self, sensors: Mapping[str, Sensor]) -> None:
+        """Use the sensor of tensions that the options name, by default the first one.
+
+        Raises:
+            CdprError: if there is none.
+        """
+        found = [title for title, sensor in sensors.items() if isinstance(sensor, Tension)]
+        name = self.options.sensor
+        if not found:
+            named = "" if name in (None, "tension") else f", name: {name}"
+            raise CdprError(f"tension_feedback: needs measured tensions: add {{type: tension{named}}} to `sensors`")
+        if name is not None and name not in found:
+            raise CdprError(
+                f"tension_feedback: no sensor of tensions has the name '{name}': expected {' or '.join(found)}"
+            )
+        self._sensor = name or found[0]
+
     def observe(self, inputs: ControllerInputs) -> None:
         """Read the sensor and the limits."""
         self._inputs = inputs
@@ -67,22 +85,15 @@ class TensionFeedback(ComputedTorque):
         self._logged = columns["distributed_tension"]
 
     def inner_loop(self, distributed: Array, tension: Array) -> Callable[[float], object]:
-        """Return the law of the tensions, bound to these arrays.
-
-        Raises:
-            PluginError: if there are no measurements.
-        """
-        name = self.options.sensor
-        if self._inputs is None or f"{name}_tension" not in self._inputs.measurements:
-            raise PluginError(f"tension_feedback: no sensor of tensions named '{name}': add it to `sensors`")
-        measurements = self._inputs.measurements
+        """Return the law of the tensions, bound to these arrays."""
+        inputs, name = self._inputs, self._sensor
         return bind(
             "tension_feedback",
             gains=self._inner,
             distributed=distributed,
-            measured=measurements[f"{name}_tension"],
-            age=measurements[f"{name}_age"],
-            limits=self._inputs.limits,
+            measured=inputs.measurements[f"{name}_tension"],
+            age=inputs.measurements[f"{name}_age"],
+            limits=inputs.limits,
             integral=self._integral,
             logged=self._logged,
             tension=tension,

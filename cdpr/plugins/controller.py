@@ -11,6 +11,7 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.own import Own
 from cdpr.plugins.inputs import ControllerInputs
+from cdpr.sensing.sensor import Sensor
 
 # Stages of outputs: a wrench is distributed; tensions go to the cables, by a map to winches that take lengths or rates;
 # "winch": each command is the quantity that its winch takes.
@@ -170,6 +171,20 @@ class Controller(ABC):
             tension: (m,), N; written, within the limits.
         """
         return None
+
+    def use_sensors(self, sensors: Mapping[str, Sensor]) -> None:  # noqa: B027 - an optional hook
+        """Store the sensors whose measurements it observes; called once, before `observe`.
+
+        A controller that needs sensors of some types declares them, such as `properties={"sensors": ("markers",)}`. The
+        conformance kit then provides them.
+
+        Args:
+            sensors: sensors of the scenario by name, in their order. Their columns are in
+                `ControllerInputs.measurements`.
+
+        Raises:
+            CdprError: if a sensor that it needs is missing or unsuitable.
+        """
 
     def observe(self, inputs: ControllerInputs) -> None:  # noqa: B027 - an optional hook
         """Store further live inputs: preview, limits, held cables, previous command, measurements.

@@ -26,8 +26,7 @@ class ControllerInputs:
         command: (m,), tensions as sent in the previous control step, N; 0 before the first one. Without power, those
             that were sent last. For winches that take lengths or rates, the tensions of the nominal cables at rest.
         measurements: columns of the sensors by name, such as `mocap_position` and `mocap_age` of the sensor `mocap`:
-            measured values, which are held between arrivals, and their age, s. A controller declares the sensors that
-            it uses in its property `sensors`.
+            measured values, which are held between arrivals, and their age, s (see `Controller.use_sensors`).
 
     Example:
         >>> import numpy as np

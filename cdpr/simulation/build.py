@@ -6,7 +6,7 @@ do the same checks, so that `cdpr validate` and a run reject the same scenarios.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from functools import partial
@@ -168,7 +168,6 @@ class _Checks:
         self._try((), lambda: self._check_mover(more))
         for role in ("backend", "controller"):
             self._lacking(role, chosen[role], more)
-        self._try(("controller",), lambda: self._check_sensors(chosen["controller"]))
         if scenario.actuators is not None:
             self._try(("actuators",), lambda: self._actuators(chosen["backend"]))
         nominal = scenario.nominal
@@ -208,21 +207,6 @@ class _Checks:
             Anchors(self._scenario.robot)
             if self._scenario.actuators is not None:
                 raise CdprError(f"actuators: do not support anchors that move, by {part.title}")
-
-    def _check_sensors(self, controller: Registered) -> None:
-        """Reject a scenario without the sensors that its controller uses."""
-        declared = controller.properties(self._scenario.controller_options)  # type: ignore[arg-type]
-        used = cast("Mapping[str, str]", declared.get("sensors", {}))
-        given = {sensor.title: sensor.type for sensor in self._scenario.sections.sensors}
-        for name, kind in used.items():
-            if given.get(name) != kind:
-                named = "" if name == kind else f", name: {name}"
-                alike = [title for title, own in given.items() if own == kind]
-                chosen = f"name {' or '.join(alike)} in its options" if alike else "choose another controller"
-                raise PluginError(
-                    f"controller '{controller.info.name}' uses a sensor '{name}' of the type {kind}, which is not in "
-                    f"`sensors`: add {{type: {kind}{named}}}, or {chosen}"
-                )
 
     def _lacking(self, role: Role, entry: Registered, parts: Sequence[LoopPart]) -> None:
         """Report the sections and parts of the loop that need features which a plugin does not declare."""
@@ -264,6 +248,8 @@ class _Checks:
         step = scenario.simulation.control_step
         controller: Controller = entry.make(robot, gravity, step, scenario.controller_options)
         self._opened.callback(controller.close)
+        if isinstance(controller, Controller):
+            controller.use_sensors({sensor.title: sensor for sensor in scenario.sections.sensors})
         return controller
 
 

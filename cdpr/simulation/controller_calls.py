@@ -83,7 +83,8 @@ class ControllerCalls(SnapshotOfArrays):
             known = locked.view()
             known.flags.writeable = False
             limits, sent = read_only(present.cables.limits), read_only(self._sent)
-            measured = {name: read_only(present.view(name)) for part in parts.more for name in part.measured}
+            names = [column.name for part in parts.more if part.measures for column in part.columns]
+            measured = {name: read_only(present.view(name)) for name in names}
             controller.observe(ControllerInputs(self.preview, limits, known, sent, MappingProxyType(measured)))
 
     def follow(self, motion: Trajectory, planned: Trajectory, events: Sequence[ScenarioEvent]) -> None:

@@ -61,12 +61,12 @@ class LoopPart:
         columns: columns that it adds to a row: those of a group in `cdpr.base.columns.GROUPS`, for the documentation.
         arrays: its memory besides the streams, live.
         writes: "seen" or "seen_cables" or both, if operations of `observed` write these arrays of `Surroundings`.
-        measured: names of its columns that controllers observe as measurements.
         works: sources of work on the platform that it adds, each with its column of the work since the first sample, J;
             "" if the work is unknown.
         moves_anchors: True if `anchor_motion` moves the anchors on the frame; at most one part of a loop. Its section
             declares `needs = of_moving_anchors()`, see `cdpr.base.needs`.
         needs: support that it needs, likewise; by default `of_loop_part()`: in each run, and rejected by exports.
+        measures: True if its columns are measurements, which controllers observe.
         streams: its random streams, which restart at a reset. Their names must be unique in the loop.
 
     Example:
@@ -91,11 +91,11 @@ class LoopPart:
     columns: tuple[Column, ...] = ()
     arrays: tuple[Array, ...] = ()
     writes: frozenset[str] = frozenset()
-    measured: tuple[str, ...] = ()
     works: Mapping[str, str] = MappingProxyType({})
     moves_anchors: bool = False
     needs: Needs = of_loop_part()
     streams: tuple[Stream, ...] = ()
+    measures: bool = False
 
     def connect(self, surroundings: Surroundings) -> None:
         """Receive the live arrays of the loop, before `arrays` and the operations are read."""

@@ -45,6 +45,7 @@ class Sensors(LoopPart):
     """
 
     name = "sensors"
+    measures = True
     needs = of_sensor()
 
     def __init__(
@@ -52,7 +53,6 @@ class Sensors(LoopPart):
     ) -> None:
         self._sensors, self._obstacles, self._stretch = sensors, obstacles, stretch
         self.columns: tuple[Column, ...] = tuple(column for sensor in sensors for column in sensor.columns)
-        self.measured = tuple(column.name for column in self.columns)
         self.streams = tuple(Stream(seed, f"sensors.{sensor.title}") for sensor in sensors)
         self._used: dict[Used, Sensor] = {}
         for sensor in sensors:

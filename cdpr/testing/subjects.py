@@ -178,6 +178,7 @@ class ControllerSubject(_Subject):
     def __init__(self, *arguments: Any, **named: Any) -> None:
         super().__init__(*arguments, **named)
         self.measurements: dict[str, Array] = {}
+        self._sensors = {kind: SENSORS[kind].model_construct(type=kind) for kind in self.properties.get("sensors", ())}
 
     @property
     def commands(self) -> bool:
@@ -194,6 +195,7 @@ class ControllerSubject(_Subject):
         controller: Controller = self._create(robot, gravity, step, self.options)
         self._open.append(controller)
         controller.connect(np.zeros(4))
+        controller.use_sensors(self._sensors)
         controller.observe(self._inputs(robot))
         return controller
 
@@ -220,10 +222,8 @@ class ControllerSubject(_Subject):
 
     def _measurements(self, robot: Robot) -> Iterator[tuple[str, Array]]:
         """Yield zeros for the columns of each sensor that the controller declares."""
-        declares = getattr(self.options, "declares", dict)
-        for name, kind in {**self.properties, **declares()}.get("sensors", {}).items():
-            expect(kind in SENSORS, f"declares the sensor '{name}' of an unknown type, {short_repr(kind)}")
-            for column in SENSORS[kind].model_construct(type=kind, name=name).columns:
+        for sensor in self._sensors.values():
+            for column in sensor.columns:
                 yield column.name, np.zeros(column.width or robot.m)
 
     def _preview(self, times: Array) -> Array:

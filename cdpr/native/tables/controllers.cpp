@@ -8,6 +8,7 @@
 #include <cdpr_controllers/sliding_mode.hpp>
 #include <cdpr_controllers/static.hpp>
 #include <cdpr_controllers/tension_feedback.hpp>
+#include <cdpr_controllers/visual_servo.hpp>
 
 namespace cdpr::CDPR_TARGET {
 
@@ -20,6 +21,7 @@ static constexpr cdpr_entry entries[] = {
     entry<TensionFeedback, tension_feedback>("tension_feedback"),
     entry<CableLengthControl, cable_length>("cable_length"),
     entry<InverseKinematics, inverse_kinematics>("inverse_kinematics"),
+    entry<VisualServo, visual_servo>("visual_servo"),
 #ifndef CDPR_ALONE
     entry<TaskSpaceControl<Lanes>, computed_torque<Lanes>>("computed_torque_lanes"),
     entry<TaskSpaceControl<Lanes>, static_control<Lanes>>("static_lanes"),
