@@ -222,9 +222,11 @@ def directions_are_equal(subject: ControllerSubject) -> None:
     """The controller works in the same way in all directions.
 
     The kit applies one rotation to the robot, the motion and gravity. An output wrench must rotate in the same way.
-    Output commands must not change. Skipped if the controller declares `isotropic: false`.
+    Output commands must not change. Skipped if the controller declares `isotropic: false`, or `sensors`, whose mounts do
+    not rotate.
     """
     needs(subject.properties.get("isotropic", True), "it declares isotropic: false")
+    needs(not subject.properties.get("sensors"), "its sensors are mounted in the world")
     robot = samples.braced()
     q = samples.attitude(np.random.default_rng(5))
     R = rotations.matrix(q)
@@ -253,9 +255,13 @@ def _turned_robot(robot: Robot, R: Array) -> Robot:
 def nan_shows(subject: ControllerSubject) -> None:
     """If the state contains NaN, the output contains NaN or infinity, or the controller raises an error.
 
-    Skipped if the controller declares `feedback: false`.
+    For a controller that declares `sensors`, one of their measurements is NaN instead. Skipped if the controller
+    declares `feedback: false`.
     """
     _needs_feedback(subject)
+    if subject.properties.get("sensors"):
+        _nan_measurements_show(subject)
+        return
     for k in range(13):
         state, desired = _motion(6)
         state[k] = np.nan
@@ -264,6 +270,16 @@ def nan_shows(subject: ControllerSubject) -> None:
         except CdprError:
             continue
         expect(not np.isfinite(out).all(), f"state[{k}] is NaN, but the output is finite: {out.tolist()}")
+
+
+def _nan_measurements_show(subject: ControllerSubject) -> None:
+    for name, i in subject.measured(subject.make(samples.braced())):
+        subject.missing = name, i
+        try:
+            out = subject.compute(subject.make(samples.braced()), *_motion(6))
+        except CdprError:
+            continue
+        expect(not np.isfinite(out).all(), f"{name}[{i}] is NaN, but the output is finite: {out.tolist()}")
 
 
 def it_settles(subject: ControllerSubject) -> str:
