@@ -189,8 +189,10 @@ class VisualServoOptions(PluginOptions):
     interaction: Literal["desired", "current", "mean"] = Field(
         "mean", description="pose of the interaction matrix: the desired or the estimated one, or the mean of both"
     )
-    smoothing: Annotated[float, Field(ge=0.0, lt=1.0)] = Field(
-        0.5, description="memory of the filter that estimates error and velocity from the images; 0: none"
+    smoothing: Annotated[float, Field(gt=0.0, le=10.0)] = Field(
+        0.1,
+        description="time constant of the filter that estimates error and velocity from the images",
+        json_schema_extra={"unit": "s"},
     )
 
 

@@ -30,10 +30,11 @@ class VisualServo(GainLaw):
     Automation Magazine 13 (2006), eq. 11 and 12). L is computed at the desired pose, at the estimated pose, or as the
     mean of both, which is exact to the second order (Malis 2004; `interaction`). The depths in it come from the model.
 
-    wrench = M a + C(omega) - G with a = a_d + kd e' + kp e. A filter of fading memory estimates e and e' (Brookner,
-    Tracking and Kalman Filtering Made Easy (1998), section 1.2.6): it predicts e'' = -(kd e' + kp e), and each image
-    corrects the prediction. `smoothing` is its memory, 0 for differences of the images. An image that arrives late
-    corrects the estimate of the time when it was taken.
+    wrench = M a + C(omega) - G with a = a_d + kd e' + kp e. A filter of fading memory estimates e, e' and an unknown
+    acceleration d (Brookner, Tracking and Kalman Filtering Made Easy (1998), section 1.3): it predicts
+    e'' = d - kd e' - kp e, and each image corrects the prediction. `smoothing` is its time constant, a few periods of
+    the camera. An image that arrives late corrects the estimate of the time when it was taken. d only serves the
+    prediction: the error under a constant load is that of a PD law.
 
     If too few markers are seen, the estimate is only predicted: the feedback fades within the settling time of the
     error, and the feed-forward of the desired motion remains. `servo_age` is the time since the last image that was
@@ -47,7 +48,7 @@ class VisualServo(GainLaw):
     operation = "visual_servo"
 
     def __init__(self, robot: Robot, gravity: Array, control_step: float, options: Any) -> None:
-        memory = {"error": np.zeros(6), "rate": np.zeros(6), "feedback": np.zeros(6), "clock": np.zeros(6)}
+        memory = {name: np.zeros(6) for name in ("error", "rate", "offset", "feedback", "clock")}
         self.arrays = tuple(memory.values())
         super().__init__(robot, gravity, control_step, options, **memory)
         rotations = np.array([name.startswith("r") for name in robot.dof])
@@ -55,7 +56,7 @@ class VisualServo(GainLaw):
             "rows": np.array(robot.rows, dtype=np.int64),
             "scale": np.where(rotations, robot.characteristic_length, 1.0),
             "step": control_step,
-            "memory": options.smoothing,
+            "smoothing": options.smoothing,
             "share": SHARES[options.interaction],
         }
 

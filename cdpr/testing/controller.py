@@ -19,6 +19,7 @@ from cdpr.testing.changes import expect_changes
 from cdpr.testing.check import Check, expect, expect_close, expect_same_bits, needs
 from cdpr.testing.columns import expect_written
 from cdpr.testing.samples import GRAVITY, NO_GRAVITY
+from cdpr.testing.sensors import MOUNTED
 from cdpr.testing.subjects import ControllerSubject
 
 
@@ -143,11 +144,9 @@ def _distributed(robot: Robot, k: int) -> Array:
 def _corrected(subject: ControllerSubject, controller: Controller, k: int) -> Array | None:
     """Return the tensions of the inner loop for a sample (m,), N; None without one."""
     robot, wanted = controller.robot, _distributed(controller.robot, k)
-    for name, values in subject.measurements.items():  # 5 N less, at once
-        values[:] = 0.0 if name.endswith("_age") else wanted - 5.0 if len(values) == robot.m else 0.0
-    tension = subject.corrected(controller, wanted, 1e-3 * (k + 1))
-    if tension is None:
-        return None
+    tension = subject.corrected(controller, wanted, wanted - 5.0, 1e-3 * (k + 1))
+    if tension is None or subject.missing is not None:
+        return tension
     expect(np.isfinite(tension).all(), f"tensions {tension.tolist()}")
     within = (tension >= robot.tension_min).all() and (tension <= robot.tension_max).all()
     expect(within, f"tensions beyond their limits: {tension.tolist()}")
@@ -272,9 +271,11 @@ def directions_are_equal(subject: ControllerSubject) -> None:
     """The controller works in the same way in all directions.
 
     The kit applies one rotation to the robot, the motion and gravity. An output wrench must rotate in the same way.
-    Output commands must not change. Skipped if the controller declares `isotropic: false`.
+    Output commands must not change. Skipped if the controller declares `isotropic: false`, or `sensors` whose mounts do
+    not rotate.
     """
     needs(subject.properties.get("isotropic", True), "it declares isotropic: false")
+    needs(not MOUNTED & set(subject.properties.get("sensors", ())), "its sensors are mounted in the world")
     robot = samples.braced()
     q = samples.attitude(np.random.default_rng(5))
     R = rotations.matrix(q)
@@ -303,9 +304,13 @@ def _turned_robot(robot: Robot, R: Array) -> Robot:
 def nan_shows(subject: ControllerSubject) -> None:
     """If the state contains NaN, the output contains NaN or infinity, or the controller raises an error.
 
-    Skipped if the controller declares `feedback: false`.
+    The same holds for the measurements of declared `sensors`, with the tensions of an inner loop. If they show the
+    pose, as markers do, the state is not checked. Skipped if the controller declares `feedback: false`.
     """
     _needs_feedback(subject)
+    _nan_measurements_show(subject)
+    if MOUNTED & set(subject.properties.get("sensors", ())):
+        return
     for k in range(13):
         state, desired = _motion(6)
         state[k] = np.nan
@@ -314,6 +319,20 @@ def nan_shows(subject: ControllerSubject) -> None:
         except CdprError:
             continue
         expect(not np.isfinite(out).all(), f"state[{k}] is NaN, but the output is finite: {out.tolist()}")
+
+
+def _nan_measurements_show(subject: ControllerSubject) -> None:
+    for name, i in subject.measured(subject.make(samples.braced())):
+        subject.missing = name, i
+        try:
+            controller = subject.make(samples.braced())
+            out = subject.compute(controller, *_motion(6))
+            tension = _corrected(subject, controller, 6)
+        except CdprError:
+            continue
+        shows = not np.isfinite(out if tension is None else np.append(out, tension)).all()
+        expect(shows, f"{name}[{i}] is NaN, but the output is finite: {out.tolist()}")
+    subject.missing = None
 
 
 def it_settles(subject: ControllerSubject) -> str:
