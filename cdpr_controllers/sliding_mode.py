@@ -42,12 +42,13 @@ class SlidingMode(WrenchLaw):
     operation = "sliding_mode"
 
     def __init__(self, robot: Robot, gravity: Array, control_step: float, options: Any) -> None:
-        super().__init__(robot, gravity, control_step, options, np.zeros(6), **{name: np.zeros(3) for name in SURFACE})
+        surfaces = {name: np.zeros(3) for name in SURFACE}
+        super().__init__(robot, gravity, control_step, options, np.zeros((3, 2)), **surfaces)
 
     def change(self, options: Any) -> None:
         """Set new slope, gain and layer."""
         for k, name in enumerate(PARTS):
-            self._given["gains"][k::3] = getattr(options, name)
+            self._given["gains"][k] = getattr(options, name)
 
     def log(self, columns: Mapping[str, Array]) -> None:
         """Write the sliding variable into its column."""
@@ -56,4 +57,4 @@ class SlidingMode(WrenchLaw):
     def tunable(self) -> Mapping[str, Tunable]:
         """Return slope, gain and layer."""
         gains = self._given["gains"]
-        return {name: Tunable(gains[k::3], gains[k::3].copy()) for k, name in enumerate(PARTS)}
+        return {name: Tunable(gains[k], gains[k].copy()) for k, name in enumerate(PARTS)}

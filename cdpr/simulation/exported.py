@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.base.errors import CdprError
+from cdpr.base.errors import CdprError, PluginError
 from cdpr.cables import commands_of, takes_lengths
 from cdpr.cables.tables import line_table
 from cdpr.fmu.export import Control, Load
@@ -132,6 +132,11 @@ def _pipeline(
     translation = Translation(named, shared=("lines",))
     pipeline = translation.translate(calls, [Call(scenario.desired.sampler(desired))] if motion else [])
     for name, tunable in controller.tunable().items():
+        if not tunable.array.flags.c_contiguous:
+            raise PluginError(
+                f"controller '{scenario.controller.type}': the array of the option '{name}' in `tunable` is not "
+                "contiguous: expected a whole array, or successive elements of one"
+            )
         array, place = translation.where(tunable.array)
         pipeline.links.append(
             Link(f"controller.{name}", 0, tunable.array.size, array, place, per_step=tunable.per_step)

@@ -35,7 +35,7 @@ CONTROLLERS = {
     "computed_torque": ((12,), {}, {}, {}),
     "static": ((12,), {}, {}, {}),
     "pid": ((12,), {"per_step": (2, 6)}, {}, {"integral": (6,)}),
-    "sliding_mode": ((6,), {}, {"surface": (3,), "spin_surface": (3,)}, {}),
+    "sliding_mode": ((3, 2), {}, {"surface": (3,), "spin_surface": (3,)}, {}),
     "adaptive": ((2,), {"rates": (2,), "range": (3,)}, {"mass": (1,), "center": (3,)}, {"deviation": (4,)}),
 }
 
