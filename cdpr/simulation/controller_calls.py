@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from cdpr.base.errors import PluginError
 from cdpr.base.problems import short_repr
@@ -58,15 +58,14 @@ class ControllerCalls(SnapshotOfArrays):
 
     Args:
         parts: parts of the loop.
-        present: present sample.
-        locked: (m,), True for cables that the distribution has locked, live.
+        present: present sample; `sent` receives the tensions as sent, if the controller or a part reads them.
 
     Attributes:
         period: number of control steps.
-        arrays: state; () for controllers that are called in each control step, without further inputs.
+        arrays: state; () for controllers that are called in each control step, if nothing reads the sent tensions.
     """
 
-    def __init__(self, parts: Parts, present: Sample, locked: NDArray[np.bool_]) -> None:
+    def __init__(self, parts: Parts, present: Sample) -> None:
         controller, self._now = parts.controller, present.view("time")
         self._controller = controller
         self._control, self._step = controller.control, parts.control_step
@@ -74,13 +73,13 @@ class ControllerCalls(SnapshotOfArrays):
         self.follow(parts.trajectory, parts.planned, parts.events)
         self._held = np.full(6 if parts.output == "wrench" else parts.robot.m, np.nan)
         self._called = np.zeros(1)  # 0 before the first call
-        self._sent = np.zeros(parts.robot.m)
-        self._distributed = np.zeros(parts.robot.m)
-        self._observes, self._corrects = observes(controller), corrects(controller)
-        self.arrays = (self._held, self._called, self._sent) if self._observes or self.period > 1 else ()
+        self._sent, self._distributed = present.sent, np.zeros(parts.robot.m)
+        self._corrects = corrects(controller)
+        self._records = observes(controller) or any(part.reads_commands for part in parts.more)
+        self.arrays = (self._held, self._called, self._sent) if self._records or self.period > 1 else ()
         self.arrays += (self._distributed,) if self._corrects else ()
-        if self._observes:
-            known = locked.view()
+        if observes(controller):
+            known = present.locked.view()
             known.flags.writeable = False
             limits, sent = read_only(present.cables.limits), read_only(self._sent)
             names = [column.name for part in parts.more if part.measures for column in part.columns]
@@ -129,8 +128,8 @@ class ControllerCalls(SnapshotOfArrays):
             stage.operations += [Operation("distribution", after), Operation("controller", correct, timed=True)]
 
     def record(self, stage: TensionStage | CommandStage) -> None:
-        """Let a stage store the tensions as sent, before faults act on them, if the controller observes them."""
-        if self._observes:
+        """Let a stage store the tensions as sent, before faults act on them, if something reads them."""
+        if self._records:
             sent = bind("copy", source=stage.live.tension, target=self._sent)
             stage.operations.append(Operation("distribution", sent))
 
