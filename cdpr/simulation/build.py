@@ -252,7 +252,7 @@ class _Checks:
         controller: Controller = entry.make(robot, gravity, step, scenario.controller_options)
         self._opened.callback(controller.close)
         if isinstance(controller, Controller):
-            controller.use_sensors({sensor.title: sensor for sensor in scenario.sections.sensors})
+            controller.use_sensors({sensor.title: sensor.nominal for sensor in scenario.sections.sensors})
         return controller
 
 
