@@ -86,10 +86,9 @@ inline void advance(WinchRungeKutta<T>& problem, PlatformDynamics<T>& dynamics, 
             scatter(point, plant, size);
             stop_braked_drums(plant, start);
             anchors.place(since);
-            plant_geometry(plant);
-            add_anchor_rates(plant, anchors);
+            const bool changed = plant_geometry(plant, anchors);
             dynamics.known = false;
-            write_tensions(plant, dynamics, anchors);
+            write_tensions(plant, dynamics, anchors, changed);
         }
         write_slopes(plant, dynamics, anchors, start, slope);
         since = reach(stage, problem.step);
