@@ -86,9 +86,10 @@ inline void advance(WinchRungeKutta<T>& problem, PlatformDynamics<T>& dynamics, 
             scatter(point, plant, size);
             stop_braked_drums(plant, start);
             anchors.place(since);
-            const bool changed = plant_geometry(plant, anchors);
+            plant_geometry(plant);
+            add_anchor_rates(plant, anchors);
             dynamics.known = false;
-            write_tensions(plant, dynamics, anchors, changed);
+            write_tensions(plant, dynamics, anchors);
         }
         write_slopes(plant, dynamics, anchors, start, slope);
         since = reach(stage, problem.step);

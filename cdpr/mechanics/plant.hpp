@@ -4,8 +4,6 @@
 // units.
 #pragma once
 
-#include <string.h>
-
 #include <cdpr/cables/chain.hpp>
 #include <cdpr/matrix.hpp>
 #include <cdpr/mechanics/anchors.hpp>
@@ -23,8 +21,6 @@ template <class T> struct CableRun {
 
     Vector<T> lever, chord;
     T chord_length, wrapped_length, wrap;
-
-    CDPR_INLINE T length() const { return chord_length + wrapped_length; }
 };
 
 template <class T> struct Plant {
@@ -58,15 +54,12 @@ template <class T> struct Plant {
     int64_t w;
     int64_t s;
     const T* brakes = nullptr;  // (m), N m, of winches without power: brake torque; negative with power; not in FMUs
-    T* seen_lines = nullptr;    // (m, w), `lines` and
-    T* seen_body = nullptr;     // (13), `body` of the present geometry; NaN before the first; not in FMUs
     static constexpr char fields[] =
         "chains(m, 33), lines(m, w >= 6), offset(7), inertial(13), free(6), gravity(3), command(m), external(6), "
         "both body(13), both winch(s), both tension(m), both highest(m), both length(m), both cable_work(1), "
-        "both beside(6), both place(7), applied(6), both rate(m), both matrix(6, m), both at_winch(m), both runs(m, "
-        "9), "
+        "both beside(6), both place(7), applied(6), both rate(m), matrix(6, m), both at_winch(m), work runs(m, 9), "
         "work light(m), work mass(m), work pulls(m), kinds(m, 3), places(m + 1), m, w, s, "
-        "brakes(m), both seen_lines(m, w), both seen_body(13)";
+        "brakes(m)";
 
     CDPR_INLINE ChainRow<T> chain(int64_t i) const { return chain_row(chains, i); }
     CDPR_INLINE Quaternion<T> attitude() const { return quaternion(body + 3); }
@@ -147,7 +140,7 @@ template <class T> struct PlantCable {
     T rate;
     CableRun<T> run;
 
-    CDPR_INLINE T length() const { return run.length(); }
+    CDPR_INLINE T length() const { return run.chord_length + run.wrapped_length; }
 };
 
 template <class T> CDPR_INLINE PlantCable<T> plant_cable(const Line<T>& cable, Vector<T> v, Vector<T> omega) {
@@ -182,7 +175,7 @@ template <> CDPR_INLINE void write_eight_rubbing<double>(Plant<double>& plant, V
 #endif
 
 // Write wrench matrix, lengths, rates and runs at `body`.
-template <class T> inline void write_geometry(Plant<T>& plant) {
+template <class T> inline void plant_geometry(Plant<T>& plant) {
     const Vector<T> p = vector(plant.body), v = vector(plant.body + 7), omega = vector(plant.body + 10);
     const Quaternion<T> q = plant.attitude();
     if (are_eight_rubbing<T>(plant.lines, plant.w, plant.m)) return write_eight_rubbing(plant, p, q, v, omega);
@@ -197,51 +190,15 @@ template <class T> inline void write_geometry(Plant<T>& plant) {
     }
 }
 
-// Return whether the present geometry is that of `body` and `lines`, and if not, note that it will be. Backends settle
-// up to three times at a body, for the work, the tensions and the step. Lanes compute it again: their bodies differ.
-template <class T> CDPR_INLINE bool is_known(Plant<T>&) { return false; }
-CDPR_INLINE bool take_over(const double* now, double* seen, int64_t count) {
-    int64_t changed = 0;
-    for (int64_t i = 0; i < count; i++) {
-        int64_t a, b;  // words: a zero of the other sign gives other bits
-        memcpy(&a, now + i, sizeof a);
-        memcpy(&b, seen + i, sizeof b);
-        changed |= a ^ b;
-        seen[i] = now[i];
-    }
-    return changed == 0;
-}
-template <> CDPR_INLINE bool is_known<double>(Plant<double>& plant) {
-    if (plant.seen_body == nullptr || plant.seen_lines == nullptr) return false;
-    const bool body = take_over(plant.body, plant.seen_body, 13);
-    return take_over(plant.lines, plant.seen_lines, plant.m * plant.w) && body;
-}
-
-// Write these unless they are known; return whether they change.
-template <class T> inline bool plant_geometry(Plant<T>& plant) {
-    if (is_known(plant)) {
-        for (int64_t i = 0; i < plant.m; i++) plant.length[i] = plant.run(i).length();
-        return false;
-    }
-    write_geometry(plant);
-    return true;
-}
-
 // Return u of cable i.
 template <class T> CDPR_INLINE Vector<T> direction(const Plant<T>& plant, int64_t i) {
     return {plant.W()(0, i), plant.W()(1, i), plant.W()(2, i)};
 }
 
-// The same with the motion of the anchors, u . A', in the rates.
-template <class T, class Anchors>
-CDPR_INLINE bool plant_geometry(Plant<T>& plant, [[maybe_unused]] const Anchors& anchors) {
-    if constexpr (Anchors::moving) {
-        write_geometry(plant);
+// Add the motion of the anchors, u . A', to the rates.
+template <class T, class Anchors> CDPR_INLINE void add_anchor_rates(Plant<T>& plant, const Anchors& anchors) {
+    if constexpr (Anchors::moving)
         for (int64_t i = 0; i < plant.m; i++) plant.rate[i] += dot(direction(plant, i), anchors.velocity(i));
-        return true;
-    } else {
-        return plant_geometry(plant);
-    }
 }
 
 // Return the acceleration, m/s^2, of the length of cable i for a platform without acceleration: -W_i'^T twist, and

@@ -10,36 +10,14 @@ template <class T> CDPR_INLINE T friction_at(const Plant<T>& plant, int64_t i, T
     return friction(plant.row_of_line(i), plant.run(i).wrap, speed);
 }
 
-// Return the speed at which the winch of cable i pays out.
-template <class T> CDPR_INLINE T paying_out(const Plant<T>& plant, int64_t i) {
-    return plant.stretches(i) ? -plant.chain(i).per_turn(plant.unwound(i)) * plant.speed(i) : plant.rate[i];
-}
-
-// Write these of eight cables side by side; return whether there are eight.
-template <class T> CDPR_INLINE bool write_friction_of_eight(Plant<T>&) { return false; }
-
-#ifdef CDPR_LANES
-template <> CDPR_INLINE bool write_friction_of_eight<double>(Plant<double>& plant) {
-    if (!are_eight_rubbing<double>(plant.lines, plant.w, plant.m)) return false;
-    Lanes wrap = 0.0, speed = 0.0;
-    for (int i = 0; i < WIDTH; i++) {
-        wrap.set(i, plant.run(i).wrap);
-        speed.set(i, paying_out(plant, i));
+// Write these. The speed is that at which the winch pays out.
+template <class T> inline void write_friction(Plant<T>& plant) {
+    for (int64_t i = 0; i < plant.m; i++) {
+        if (!plant.rubs(i)) continue;
+        const T speed =
+            plant.stretches(i) ? -plant.chain(i).per_turn(plant.unwound(i)) * plant.speed(i) : plant.rate[i];
+        plant.at_winch[i] = friction_at(plant, i, speed);
     }
-    const EightRubbing eight(plant.lines);
-    scatter(exit_friction(eight.row[Line<Lanes>::EXIT], eight.row + Line<Lanes>::NUMBERS, wrap, speed), plant.at_winch);
-    return true;
-}
-#endif
-
-// Write these; if the geometry has not changed, only those of cables that stretch.
-template <class T> inline void write_friction(Plant<T>& plant, bool changed) {
-    bool due = false;
-    for (int64_t i = 0; i < plant.m; i++) due = due || (plant.rubs(i) && (changed || plant.stretches(i)));
-    if (!due || write_friction_of_eight(plant)) return;
-    for (int64_t i = 0; i < plant.m; i++)
-        if (plant.rubs(i) && (changed || plant.stretches(i)))
-            plant.at_winch[i] = friction_at(plant, i, paying_out(plant, i));
 }
 
 // Write unwound lengths and speeds for constant stretch, and commanded tensions or lengths. The first command of a
@@ -132,16 +110,15 @@ template <class T, class Anchors> inline bool write_light_tensions(Plant<T>& pla
     return heavy;
 }
 
-// Write the tensions, and the applied wrench of these and the external one, at the pose of the present geometry, which
-// has `changed` since the last time or not.
-template <class T, class Anchors>
-inline void write_tensions(Plant<T>& plant, PlatformDynamics<T>& dynamics, const Anchors& anchors, bool changed) {
+// Write the tensions, and the applied wrench of these and the external one, at the pose of the present geometry.
+template <class T, class Anchors = RestingAnchors>
+inline void write_tensions(Plant<T>& plant, PlatformDynamics<T>& dynamics, const Anchors& anchors = Anchors()) {
     if (plant.s > 0) {
         const Truth<T> fresh = plant.winch[0] != plant.winch[0];
         if (any(fresh)) start_winches(plant, fresh);
         prescribe_speeds(plant, fresh);
     }
-    write_friction(plant, changed);
+    write_friction(plant);
     if (write_light_tensions(plant, anchors)) share_inertia(plant, dynamics);
     apply(plant);
     for (int64_t i = 0; i < plant.m; i++) {
@@ -184,12 +161,13 @@ template <class T, class Anchors> inline void settle(Plant<T>& plant, PlatformDy
     T* before = plant.light;
     for (int64_t i = 0; i < plant.m; i++) before[i] = plant.length[i];
     anchors.place(0.0);
-    const bool changed = plant_geometry(plant, anchors);
+    plant_geometry(plant);
     plant.cable_work[0] = sum(plant.cable_work[0], 0, plant.m,
                               [&](int64_t i) { return plant.tension[i] * (before[i] - plant.length[i]); });
     if (plant.has_bent_cables()) plant.cable_work[0] = plant.cable_work[0] + work_of_bent_cables(plant);
     add_work_of_anchors(plant, anchors);
-    write_tensions(plant, dynamics, anchors, changed);
+    add_anchor_rates(plant, anchors);
+    write_tensions(plant, dynamics, anchors);
 }
 
 // Return the acceleration of a drum without power under the tension of its cable and dry friction of its brake, which
@@ -345,7 +323,7 @@ template <class T, class Anchors> inline int step_winches_with(WinchStep<T>& pro
     anchors.complete_step();
     for (int64_t i = 0; i < plant.m; i++) {
         T slope[MOST_STATES], *own = plant.own(i);
-        if (plant.own_count(i) > 0) write_own_slopes(plant, i, slope);
+        write_own_slopes(plant, i, slope);
         for (int64_t j = 0; j < plant.own_count(i); j++) own[j] = own[j] + h * slope[j];
         if (!plant.stretches(i)) continue;
         T* const of_span = plant.states().of_span(i, plant.chain(i));

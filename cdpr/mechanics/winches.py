@@ -89,10 +89,7 @@ class Winches:
             "rate": np.zeros(m),
             "matrix": np.zeros((6, m)),
             "at_winch": np.ones(m),
-            "runs": np.zeros((m, 9)),
             "brakes": self.brakes,
-            "seen_lines": np.full_like(frame.line_table, np.nan),
-            "seen_body": np.full(13, np.nan),
         }
         self.step: Callable[[], object] = bind("step_winches", **self.given, step=physics_step)
         self.settle: Callable[[], object] = bind("settle_winches", **self.given)

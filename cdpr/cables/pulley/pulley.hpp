@@ -7,7 +7,6 @@
 #pragma once
 
 #include <cdpr/cables/exit_result.hpp>
-#include <cdpr/elementary.hpp>
 
 namespace cdpr::CDPR_TARGET {
 
@@ -69,13 +68,12 @@ struct Pulley {
     // the platform at a speed, m/s. The groove slips or the bearing turns, whichever takes less.
     template <class T> static CDPR_INLINE T friction(const T* numbers, T wrap, T speed) {
         const T angle = larger(wrap, T(0.0));  // round-off
-        const T share = saturation(numbers[STEEPNESS] * speed);
-        const T slips = exponent_of(-share * numbers[GROOVE] * angle);
+        const T share = hyperbolic_tangent(numbers[STEEPNESS] * speed);
+        const T slips = exponential(-share * numbers[GROOVE] * angle);
         const Truth<T> wheel = numbers[BEARING] < T(1.0);
         if (!any(wheel)) return slips;
         const T k = share * numbers[BEARING];
-        const T x = k * sine_of_half_turn(0.5 * angle) / square_root((1.0 - k) * (1.0 + k)),
-                root = square_root(1.0 + x * x) - x;
+        const T x = k * sine(0.5 * angle) / square_root((1.0 - k) * (1.0 + k)), root = square_root(1.0 + x * x) - x;
         const T turns = root * root;
         return select(wheel, select(speed > T(0.0), larger(slips, turns), smaller(slips, turns)), slips);
     }

@@ -27,9 +27,9 @@ static void publish_winches(Model& model, double* bending) {
     ahead.cable_work = s.cable_work;
     ahead.beside = s.beside;
     ahead.place = s.place;
-    const bool changed = plant_geometry(ahead);
+    plant_geometry(ahead);
     cdpr::PlatformDynamics<double> dynamics;
-    write_tensions(ahead, dynamics, cdpr::RestingAnchors(), changed);
+    write_tensions(ahead, dynamics);
     copy(model.field[CABLE_TENSION], s.tension, m);
     cdpr::BentReadings<double> bent = {ahead, s.mass, bending};
     read_bent_cables(bent);
