@@ -58,6 +58,7 @@ class Header:
     believed: str = ""  # differences of the nominal model of controller and solver, in one line
     limit_changes: LimitChanges = ()  # changes of tension limits by events
     spans: tuple[dict[str, Any] | None, ...] = ()  # spans of cables that sag, if any
+    imaging: dict[str, Any] = field(default_factory=dict)  # cameras, obstacles and markers; empty without cameras
     works: tuple[tuple[str, str], ...] = ()  # further sources of work, each with its column; "" if it is unknown
 
     def __repr__(self) -> str:
@@ -167,4 +168,5 @@ NEWER: dict[str, object] = {
     "limit_changes": (),
     "works": (),
     "spans": (),
+    "imaging": {},
 }

@@ -20,6 +20,7 @@ from cdpr.scenario import Scenario
 from cdpr.scenario.events import broken
 from cdpr.scenario.events.limit_changes import limit_changes
 from cdpr.scene.path import thinned
+from cdpr.simulation.cameras import imaging_of
 from cdpr.simulation.columns import listed
 from cdpr.simulation.works import works_of
 from cdpr.trajectory import Trajectory
@@ -75,6 +76,7 @@ def make_header(scenario: Scenario) -> Header:
         tools={name: tuple(point.tolist()) for name, point in robot.platform.tools.items()},
         tool=scenario.trajectory.tool or "",
         believed=scenario.nominal_differences,
+        imaging=imaging_of(scenario),
         works=works_of(scenario),
     )
 

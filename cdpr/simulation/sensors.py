@@ -25,7 +25,7 @@ SEEN: Mapping[Used, slice] = {"pose": slice(0, 7), "twist": slice(7, 13)}
 
 def sensors_of(scenario: Scenario) -> LoopPart | None:
     """Return the part of the loop with the sensors of a scenario; None if it has none."""
-    sensors = scenario.sections.sensors
+    sensors = [sensor for sensor in scenario.sections.sensors if sensor.quantities]  # cameras have none
     own = scenario.robot.cables if scenario.actuators is None else ()  # actuators replace the winches
     stretch = any(chain_of(scenario.robot, cable).stretches for cable in own)
     return Sensors(sensors, scenario.simulation.seed, scenario.obstacles, stretch=stretch) if sensors else None

@@ -6,8 +6,11 @@ import math
 from collections.abc import Iterator
 from time import monotonic
 
-from cdpr.log.chunk import Chunk, Template
+import numpy as np
+
+from cdpr.log.chunk import Chunk, Template, nanoseconds
 from cdpr.log.header import Header
+from cdpr.log.images import KIND, cameras_of, message, png
 from cdpr.log.topics import Group, Topic, run_topics
 from cdpr.log.visuals import PATH, PATH_RATE, visual_topics
 from cdpr.model.robot import Array
@@ -23,7 +26,11 @@ class Messages:
     def __init__(self, header: Header) -> None:
         own = run_topics(header)
         groups = (own, *visual_topics(header, own.channel + len(own.topics)))
-        self.topics: tuple[Topic, ...] = tuple(topic for group in groups for topic in group.topics)
+        topics = [topic for group in groups for topic in group.topics]
+        self._cameras = cameras_of(header) if header.imaging else []
+        topics += [Topic(camera.topic, KIND, {}) for camera in self._cameras]
+        self.topics: tuple[Topic, ...] = tuple(topics)
+        self._step = header.control_step
         self._groups: list[tuple[Group, Chunk]] = [
             (group, Chunk(Template(group), 1, header.control_step)) for group in groups
         ]
@@ -47,3 +54,7 @@ class Messages:
             if wanted_path:
                 found = chunk.messages(group.source(row[None]), sample)
                 yield from ((k, bytes(data)) for k, data in zip(numbers, found, strict=True) if wanted[k])
+        for k, camera in enumerate(self._cameras, first):
+            if wanted[k] and sample % camera.every == 0:
+                time = int(nanoseconds(np.array([sample]), self._step)[0])
+                yield k, message(time, camera.name, png(camera.image(row)))
