@@ -161,12 +161,12 @@ def images(run: Run, name: str | None = None) -> Iterator[tuple[float, Image]]:
 
 
 def imaged_rows(run: Run, camera: CameraImages) -> Iterator[tuple[int, Array]]:
-    """Yield number and row of the samples of which a camera takes images; not a last row between two images."""
+    """Yield number and row of the samples of which a camera takes images, if their poses are finite."""
     thinned = run.header.log_every
     for k in range(0, len(run.rows), max(1, camera.every // thinned)):
         row = np.asarray(run.rows[k : k + 1])[0]
         sample = round(float(row[0]) / run.header.control_step)
-        if sample % camera.every == 0:
+        if sample % camera.every == 0 and np.isfinite(row[: run.header.layout.columns["orientation"].stop]).all():
             yield sample, row
 
 

@@ -54,10 +54,13 @@ class Camera(Sensor):
         json_schema_extra=unit("s"),
     )
     renderer: Literal["auto", "mujoco", "bullet"] = Field(
-        "auto", description="renderer: MuJoCo with EGL, or Bullet's software renderer; auto: the first that is installed"
+        "auto",
+        description="renderer: MuJoCo with EGL, or Bullet's software renderer; auto: the first that is installed",
     )
     marker_radius: NonNegative = Field(
-        0.02, description="radius of the spheres that show the markers of other sensors; 0: none", json_schema_extra=unit("m")
+        0.02,
+        description="radius of the spheres that show the markers of other sensors; 0: none",
+        json_schema_extra=unit("m"),
     )
 
     @field_validator("attitude")

@@ -49,4 +49,6 @@ def check_camera(scenario: Scenario, i: int) -> None:
         raise CdprError(f"period: expected an integer multiple of log.step, {row:g} s, got {camera.period:g} s")
     for each in scenario.obstacles:
         if isinstance(each.shape, Hull):
-            raise CdprError(f"cameras do not draw meshes such as that of obstacle '{each.name}': use boxes, or remove it")
+            raise CdprError(
+                f"cameras do not draw meshes such as that of obstacle '{each.name}': use boxes, or remove it"
+            )

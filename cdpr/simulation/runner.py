@@ -135,12 +135,15 @@ class Runner:
         done = self.samples > self.scenario.simulation.steps
         stop = None if done else PlantEnded(f"t = {self._time:.6g} s: continues in {folder.path}")
         self.run, _ = self._finished(stop, closing=False)
+        self._write_images(self.run)
         if self.folder is not None:
             self.folder.finish(self.run)
         new = Runner(self.scenario, self.header, folder)
         new.parts, new.loop, new.session, new._started = self.parts, self.loop, self.session, perf_counter()
         new.recorder = Recorder(self.header, self.scenario.simulation.steps, folder.path, closest=self._watching)
         self.loop.write_to(new.recorder.rows)
+        if new.header.imaging:
+            new._open_cameras()
         return new
 
     def so_far(self) -> Run:

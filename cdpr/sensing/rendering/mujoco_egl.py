@@ -40,7 +40,9 @@ class MujocoEgl:
             self._context = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
             mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._context)
         except Exception as error:
-            raise CdprError(f"no EGL device for MuJoCo ({one_line(error)}): install EGL of Mesa or of the driver") from error
+            raise CdprError(
+                f"no EGL device for MuJoCo ({one_line(error)}): install EGL of Mesa or of the driver"
+            ) from error
         self._scene.flags[mujoco.mjtRndFlag.mjRND_SHADOW] = 0
         self._scene.flags[mujoco.mjtRndFlag.mjRND_SKYBOX] = 1
         self._place_light()
@@ -62,7 +64,7 @@ class MujocoEgl:
             elif kind == "sphere":
                 form, half = kinds.mjGEOM_SPHERE, np.repeat(size[0], 3)
             else:
-                form, half = kinds.mjGEOM_CYLINDER, np.array([size[0], size[0], 0.5 * size[1]])
+                form, half = kinds.mjGEOM_CYLINDER, np.array([size[0], 0.5 * size[1], 0.0])
             mujoco.mjv_initGeom(geom, form, half, position, attitude.ravel(), np.array([*colour, 1.0], np.float32))
             geom.emission = 1.0 if shines else 0.0
             geom.specular = 0.0
@@ -85,8 +87,8 @@ class MujocoEgl:
         """Add a light at the camera."""
         self._scene.nlight = 1
         light = self._scene.lights[0]
-        light.headlight, light.castshadow = 1, 0
-        light.attenuation = [1.0, 0.0, 0.0]
+        light.type, light.headlight, light.castshadow = int(self._mujoco.mjtLightType.mjLIGHT_DIRECTIONAL), 1, 0
+        light.range = FAR
         light.ambient, light.diffuse, light.specular = [[level] * 3 for level in (0.4, 0.6, 0.0)]
 
     def _frustum(self, lens: Lens) -> None:

@@ -28,6 +28,7 @@ class Messages:
         groups = (own, *visual_topics(header, own.channel + len(own.topics)))
         topics = [topic for group in groups for topic in group.topics]
         self._cameras = cameras_of(header) if header.imaging else []
+        self._imaged = [-1] * len(self._cameras)  # period of the last image of each
         topics += [Topic(camera.topic, KIND, {}) for camera in self._cameras]
         self.topics: tuple[Topic, ...] = tuple(topics)
         self._step = header.control_step
@@ -39,7 +40,7 @@ class Messages:
     def of(self, row: Array, sample: int, wanted: list[bool]) -> Iterator[tuple[int, bytes]]:
         """Yield the topic number and bytes of each wanted topic for a row (width,) and its sample number.
 
-        Groups without a wanted topic are skipped. The constant desired path is sent at most once per second of the
+        Groups without a wanted topic are skipped. A camera has an image at most once in its period. The constant desired path is sent at most once per second of the
         clock, so new subscribers wait up to a second.
         """
         first, now = 0, monotonic()
@@ -54,7 +55,14 @@ class Messages:
             if wanted_path:
                 found = chunk.messages(group.source(row[None]), sample)
                 yield from ((k, bytes(data)) for k, data in zip(numbers, found, strict=True) if wanted[k])
-        for k, camera in enumerate(self._cameras, first):
-            if wanted[k] and sample % camera.every == 0:
+        for i, camera in enumerate(self._cameras):
+            if wanted[first + i] and self._imaged[i] != sample // camera.every:
+                self._imaged[i] = sample // camera.every
                 time = int(nanoseconds(np.array([sample]), self._step)[0])
-                yield k, message(time, camera.name, png(camera.image(row)))
+                yield first + i, message(time, camera.name, png(camera.image(row)))
+
+    def close(self) -> None:
+        """Free the renderers of cameras, in the thread that called `of`."""
+        for camera in self._cameras:
+            camera.close()
+        self._cameras = []
