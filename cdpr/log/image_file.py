@@ -40,7 +40,7 @@ def write_images(path: Path, run: Run, cameras: list[CameraImages]) -> None:
                     time = round(sample * run.header.control_step * 1e9)
                     data = message(time, camera.name, png(camera.image(row)))
                     writer.add_message(channel, time, data, time, sample)
-            writer.finish()
+            writer.finish()  # type: ignore[no-untyped-call]
     except BaseException as error:
         with suppress(OSError):
             path.unlink()

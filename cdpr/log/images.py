@@ -7,6 +7,7 @@ import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -55,7 +56,7 @@ class CameraImages:
     @property
     def every(self) -> int:
         """Number of samples from one image to the next."""
-        return round(self.about["period"] / self.header.control_step)
+        return round(float(self.about["period"]) / self.header.control_step)
 
     @property
     def lens(self) -> Lens:
@@ -119,7 +120,7 @@ class CameraImages:
         lines = shown.cable_lines(PIECES + 1 if self.header.spans else 2)[0]
         for line, state in zip(lines, shown.state[0] if shown.state is not None else [None] * len(lines), strict=True):
             if state != State.BROKEN and np.isfinite(line).all():
-                yield from (rod(start, end, CABLE, STEEL) for start, end in zip(line[:-1], line[1:], strict=True))
+                yield from (rod(start, end, CABLE, STEEL) for start, end in pairwise(line))
 
     def _markers(self, position: Array, R: Array) -> Iterator[Primitive]:
         size = np.array([self.about["marker_radius"], 0.0, 0.0])

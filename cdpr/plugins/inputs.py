@@ -25,7 +25,7 @@ class ControllerInputs:
         held: (m,), True for cables known to be broken or jammed; their two limits equal the tension.
         command: (m,), tensions as sent in the previous control step, N; 0 before the first one. Without power, those
             that were sent last. For winches that take lengths or rates, the tensions of the nominal cables at rest.
-        measurements: columns of the sensors by name, such as `mocap_position` and `mocap_age`: the values that are held.
+        measurements: columns of the sensors by name, such as `mocap_position` and `mocap_age`: their held values.
 
     Example:
         >>> import numpy as np

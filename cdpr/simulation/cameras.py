@@ -2,28 +2,30 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any, cast
 
 from cdpr.base.errors import CdprError
 from cdpr.model.shapes import Hull
 from cdpr.scenario import Scenario
-from cdpr.sensing import SENSORS
+
+if TYPE_CHECKING:  # imported when first used
+    from cdpr.sensing import Camera, Markers
 
 
 def imaging_of(scenario: Scenario) -> dict[str, Any]:
     """Return cameras, obstacles and markers as plain data for the header of a run; {} without cameras."""
     sensors = scenario.sections.sensors
-    cameras = [sensor.described() for sensor in sensors if sensor.kind() == "camera"]
+    cameras = [cast("Camera", sensor).described() for sensor in sensors if sensor.kind() == "camera"]
     if not cameras:
         return {}
     obstacles = [
         {"shape": each.shape.outline, "pose": [*each.position.tolist(), *each.attitude.tolist()]}
         for each in scenario.obstacles
     ]
+    seen = [cast("Markers", sensor) for sensor in sensors if sensor.kind() == "markers"]
     markers = [
         {"on": "world" if sensor.on == "platform" else "platform", "point": list(point)}
-        for sensor in sensors
-        if sensor.kind() == "markers"
+        for sensor in seen
         for point in sensor.markers
     ]
     return {"cameras": cameras, "obstacles": obstacles, "markers": markers}
@@ -36,11 +38,12 @@ def check_camera(scenario: Scenario, i: int) -> None:
         MissingPackageError: if its renderer is not installed.
         CdprError: if its period is not that of rows, or an obstacle cannot be drawn.
     """
-    camera = scenario.sections.sensors[i]
-    if not isinstance(camera, SENSORS["camera"]):
+    sensor = scenario.sections.sensors[i]
+    if sensor.kind() != "camera":
         return
     from cdpr.sensing.rendering import check_renderer  # few scenarios need this import
 
+    camera = cast("Camera", sensor)
     check_renderer(camera.renderer)
     step = scenario.simulation.control_step
     every = round(camera.period / step)

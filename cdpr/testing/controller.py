@@ -222,8 +222,8 @@ def directions_are_equal(subject: ControllerSubject) -> None:
     """The controller works in the same way in all directions.
 
     The kit applies one rotation to the robot, the motion and gravity. An output wrench must rotate in the same way.
-    Output commands must not change. Skipped if the controller declares `isotropic: false`, or `sensors`, whose mounts do
-    not rotate.
+    Output commands must not change. Skipped if the controller declares `isotropic: false`, or `sensors`, whose mounts
+    do not rotate.
     """
     needs(subject.properties.get("isotropic", True), "it declares isotropic: false")
     needs(not subject.properties.get("sensors"), "its sensors are mounted in the world")

@@ -18,8 +18,8 @@ from cdpr.testing.check import NotApplicable
 
 def _camera() -> Markers:
     """Return a camera above the cube that looks down on markers in all directions of the platform."""
-    corners = [[x, y, z] for x in (-0.3, 0.3) for y in (-0.3, 0.3) for z in (-0.2, 0.2)]
-    return Markers(position=[0.0, 0.0, 8.0], attitude=[0.0, 1.0, 0.0, 0.0], size=(2000, 2000), markers=corners)
+    corners = tuple((x, y, z) for x in (-0.3, 0.3) for y in (-0.3, 0.3) for z in (-0.2, 0.2))
+    return Markers(position=(0.0, 0.0, 8.0), attitude=(0.0, 1.0, 0.0, 0.0), size=(2000, 2000), markers=corners)
 
 
 # Sample of each type of sensor that a controller can declare, see `Controller.use_sensors`.

@@ -1,4 +1,4 @@
-"""Rendered images: markers against projected ones, files, live messages, determinism, and machines without renderers."""
+"""Rendered images: markers against projected ones, files, live messages, determinism, machines without renderers."""
 
 from __future__ import annotations
 

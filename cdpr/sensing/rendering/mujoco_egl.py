@@ -24,8 +24,8 @@ class MujocoEgl:
     def __init__(self, lens: Lens) -> None:
         width, height = lens.size
         xml = (
-            f'<mujoco><visual><global offwidth="{width}" offheight="{height}"/><quality offsamples="4"/></visual><asset>'
-            f'<texture type="skybox" builtin="flat" rgb1="{_SKY}" rgb2="{_SKY}" width="8" height="48"/></asset>'
+            f'<mujoco><visual><global offwidth="{width}" offheight="{height}"/><quality offsamples="4"/></visual>'
+            f'<asset><texture type="skybox" builtin="flat" rgb1="{_SKY}" rgb2="{_SKY}" width="8" height="48"/></asset>'
             "<worldbody/></mujoco>"
         )
         try:  # whatever a driver raises, such as AttributeError without its library

@@ -40,8 +40,8 @@ class Messages:
     def of(self, row: Array, sample: int, wanted: list[bool]) -> Iterator[tuple[int, bytes]]:
         """Yield the topic number and bytes of each wanted topic for a row (width,) and its sample number.
 
-        Groups without a wanted topic are skipped. A camera has an image at most once in its period. The constant desired path is sent at most once per second of the
-        clock, so new subscribers wait up to a second.
+        Groups without a wanted topic are skipped. A camera has an image at most once in its period. The constant
+        desired path is sent at most once per second of the clock, so new subscribers wait up to a second.
         """
         first, now = 0, monotonic()
         for group, chunk in self._groups:

@@ -191,7 +191,7 @@ class Sender(ABC):
                     time = int(nanoseconds(np.array([sample]), self._step)[0])
                     try:
                         self._put(time, self._messages.of(row, sample, wanted))
-                    except CdprError as error:  # no renderer; the other topics go on
+                    except CdprError as error:  # no renderer: only the images are missing
                         self._messages.close()
                         self.refused(str(error))
         self._messages.close()
