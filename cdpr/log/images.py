@@ -125,7 +125,7 @@ class CameraImages:
     def _markers(self, position: Array, R: Array) -> Iterator[Primitive]:
         size = np.array([self.about["marker_radius"], 0.0, 0.0])
         for each in self.header.imaging["markers"] if size[0] > 0.0 else ():
-            point = np.array(each["point"])
+            point = np.array(each["place"])
             place = position + R @ point if each["on"] == "platform" else point
             yield Primitive("sphere", size, place, np.eye(3), RED, shines=True)
 

@@ -24,7 +24,7 @@ def imaging_of(scenario: Scenario) -> dict[str, Any]:
     ]
     seen = [cast("Markers", sensor) for sensor in sensors if sensor.kind() == "markers"]
     markers = [
-        {"on": "world" if sensor.on == "platform" else "platform", "point": list(point)}
+        {"on": "world" if sensor.on == "platform" else "platform", "place": list(point)}
         for sensor in seen
         for point in sensor.markers
     ]
