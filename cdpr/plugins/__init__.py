@@ -1,7 +1,8 @@
-"""API for plugin authors: the hook marker, PluginInfo, and the interfaces of backends, controllers and solvers.
+"""API for plugin authors: the hook marker, PluginInfo, and the interfaces of all roles.
 
 A plugin package declares an entry point in the group `cdpr` that names a light module. That module implements one or
-more of the hooks `cdpr_backends`, `cdpr_controllers`, `cdpr_solvers`, each returning `PluginInfo` rows.
+more of the hooks `cdpr_backends`, `cdpr_controllers`, `cdpr_solvers`, `cdpr_estimators`, each returning `PluginInfo`
+rows.
 
 The factory is imported only when the plugin is used.
 
@@ -25,7 +26,10 @@ _INTERFACES = {
     "Controller": "cdpr.plugins.controller",
     "ControllerInputs": "cdpr.plugins.inputs",
     "Environment": "cdpr.plugins.environment",
+    "Estimator": "cdpr.plugins.estimator",
+    "EstimatorInputs": "cdpr.plugins.estimator",
     "RigidBodyBackend": "cdpr.plugins.rigid_body",
+    "SensorModel": "cdpr.plugins.estimator",
     "SnapshotOfArrays": "cdpr.plugins.snapshots",
     "TensionSolver": "cdpr.plugins.solver",
 }
@@ -34,6 +38,7 @@ if TYPE_CHECKING:
     from cdpr.plugins.backend import Backend
     from cdpr.plugins.controller import Controller
     from cdpr.plugins.environment import Environment
+    from cdpr.plugins.estimator import Estimator, EstimatorInputs, SensorModel
     from cdpr.plugins.inputs import ControllerInputs
     from cdpr.plugins.rigid_body import RigidBodyBackend
     from cdpr.plugins.snapshots import SnapshotOfArrays
@@ -52,10 +57,13 @@ __all__ = [
     "Controller",
     "ControllerInputs",
     "Environment",
+    "Estimator",
+    "EstimatorInputs",
     "FileName",
     "PluginInfo",
     "PluginOptions",
     "RigidBodyBackend",
+    "SensorModel",
     "SnapshotOfArrays",
     "TensionSolver",
     "hookimpl",

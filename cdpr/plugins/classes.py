@@ -91,8 +91,9 @@ def classes_of(file: PluginFile) -> tuple[type, ...]:
         abstract = [item for item in vars(module).values() if isinstance(item, type) and inspect.isabstract(item)]
         own = [f"; {_lacks(item)}" for item in abstract if item.__module__ == name and _roles(item)]
         raise PluginError(
-            f"{file.path}: contains no class that derives from cdpr.plugins.Controller, TensionSolver or "
-            f"Backend{''.join(own)}, and adds no part to the loop (LOOP_PARTS of cdpr.simulation.loop_parts)"
+            f"{file.path}: contains no class that derives from cdpr.plugins.Controller, TensionSolver, "
+            f"Estimator or Backend{''.join(own)}, and adds no part to the loop (LOOP_PARTS of "
+            "cdpr.simulation.loop_parts)"
         )
     return found
 
@@ -163,9 +164,10 @@ def source_version(item: type) -> str:
 def _interfaces() -> dict[Role, type]:
     from cdpr.plugins.backend import Backend
     from cdpr.plugins.controller import Controller
+    from cdpr.plugins.estimator import Estimator
     from cdpr.plugins.solver import TensionSolver
 
-    return {"backend": Backend, "controller": Controller, "solver": TensionSolver}
+    return {"backend": Backend, "controller": Controller, "solver": TensionSolver, "estimator": Estimator}
 
 
 def _roles(item: type) -> list[Role]:

@@ -18,7 +18,7 @@ from cdpr.base.problems import short_repr
 
 INTERFACE_VERSION = 1
 
-Role = Literal["backend", "controller", "solver"]
+Role = Literal["backend", "controller", "solver", "estimator"]
 
 hookspec = pluggy.HookspecMarker("cdpr")
 hookimpl = pluggy.HookimplMarker("cdpr")
@@ -72,7 +72,7 @@ class PluginOptions(BaseModel):
 
 @dataclass(frozen=True)
 class PluginInfo:
-    """Description of one backend, controller or solver.
+    """Description of one backend, controller, solver or estimator.
 
     Attributes:
         name: name in scenarios.
@@ -162,4 +162,9 @@ class Hooks:
     @hookspec
     def cdpr_solvers(self) -> list[PluginInfo]:
         """Return the tension solvers of this package."""
+        raise AssertionError("a hook specification is never called")
+
+    @hookspec
+    def cdpr_estimators(self) -> list[PluginInfo]:
+        """Return the estimators of this package."""
         raise AssertionError("a hook specification is never called")

@@ -26,7 +26,7 @@ from cdpr.plugins.classes import PluginFile, classes_of, describe_class, innermo
 from cdpr.plugins.info import INTERFACE_VERSION, Hooks, PluginInfo, PluginOptions
 from cdpr.plugins.info import Role as Role  # modules that choose a plugin import it from here
 
-ROLES: tuple[Role, ...] = ("backend", "controller", "solver")
+ROLES: tuple[Role, ...] = ("backend", "controller", "solver", "estimator")
 
 GROUP = "cdpr"
 OWN_DISTRIBUTION = "cdpr"
@@ -375,5 +375,7 @@ def _rows(point: importlib.metadata.EntryPoint) -> list[tuple[Role, PluginInfo]]
                     )
                 rows.append((role, info))
     if not rows:
-        raise PluginError("it implements no hook: cdpr_backends, cdpr_controllers or cdpr_solvers (marked @hookimpl)")
+        raise PluginError(
+            "it implements no hook: cdpr_backends, cdpr_controllers, cdpr_solvers or cdpr_estimators (marked @hookimpl)"
+        )
     return rows

@@ -120,6 +120,13 @@ def test_a_camera_changes_no_bit_of_the_rows():
         assert np.array_equal(with_cameras[name], without[name])
 
 
+def test_estimators_ignore_cameras():
+    camera = {"type": "camera", "position": [0.0, 0.0, 5.0], "attitude": [0, 1, 0, 0]}
+    changes = {"sensors": [camera, {"type": "encoders"}], "estimator": {"type": "forward_kinematics"}, **SHORT}
+    run = cdpr.simulate(SCENARIO, overrides=changes)
+    assert run["estimated_position"] == pytest.approx(run.position, abs=1e-6)
+
+
 def test_images_go_to_a_file_with_the_same_bits_each_time(tmp_path):
     usable("auto")
     for name in ("one", "two"):

@@ -2,6 +2,9 @@
 #include <cdpr/group.hpp>
 #include <cdpr_controllers/cable_length.hpp>
 #include <cdpr_controllers/computed_torque.hpp>
+#include <cdpr_controllers/estimators/complementary.hpp>
+#include <cdpr_controllers/estimators/forward_kinematics.hpp>
+#include <cdpr_controllers/estimators/length_fit.hpp>
 #include <cdpr_controllers/inverse_kinematics.hpp>
 #include <cdpr_controllers/pid.hpp>
 #include <cdpr_controllers/static.hpp>
@@ -16,6 +19,9 @@ static constexpr cdpr_entry entries[] = {
     entry<CableLengthControl, cable_length>("cable_length"),
     entry<InverseKinematics, inverse_kinematics>("inverse_kinematics"),
     entry<VisualServo, visual_servo>("visual_servo"),
+    entry<LengthFit, fit_lengths>("fit_lengths"),
+    entry<PoseDifferences, pose_differences>("pose_differences"),
+    entry<ComplementaryFilter, complementary_filter>("complementary_filter"),
 #ifndef CDPR_ALONE
     entry<TaskSpaceControl<Lanes>, computed_torque<Lanes>>("computed_torque_lanes"),
     entry<TaskSpaceControl<Lanes>, static_control<Lanes>>("static_lanes"),

@@ -1,0 +1,71 @@
+"""Built-in estimators: metadata and options. Implementations are imported when used."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from cdpr.base.defaults import ESTIMATOR
+from cdpr.base.fields import NonNegative, Positive, unit
+from cdpr.plugins import Column, PluginInfo, PluginOptions, hookimpl
+
+RESIDUAL = Column(
+    "fit_residual", 1, "m", "Norm of the differences between the measured lengths and those of the fitted pose"
+)
+
+
+class ForwardKinematicsOptions(PluginOptions):
+    """Options of the estimator `forward_kinematics`."""
+
+    filter_time: Annotated[NonNegative, Field(le=10.0)] = Field(
+        0.0,
+        description="time constant of the first-order filter of the velocities; 0: plain differences of the poses",
+        json_schema_extra=unit("s"),
+    )
+
+
+class ComplementaryOptions(PluginOptions):
+    """Options of the estimator `complementary`."""
+
+    bandwidth: Positive = Field(
+        10.0,
+        description="bandwidth of the correction of position and velocity by the measured or fitted pose",
+        json_schema_extra=unit("rad/s"),
+    )
+    attitude_gain: Positive = Field(
+        5.0, description="gain of the correction of the attitude, k_P of Mahony et al.", json_schema_extra=unit("1/s")
+    )
+    bias_gain: NonNegative = Field(
+        0.5,
+        description="gain of the estimate of the gyroscope's bias, k_I of Mahony et al.",
+        json_schema_extra=unit("1/s^2"),
+    )
+
+
+@hookimpl
+def cdpr_estimators() -> list[PluginInfo]:
+    """Return the built-in estimators."""
+    return [
+        PluginInfo(
+            name=ESTIMATOR,
+            factory="cdpr_controllers.estimators.none:Measured",
+            summary="no estimator: the first measured pose and twist, or the true state without such sensors",
+            properties={"direct": True, "sensors": ("pose", "twist")},
+        ),
+        PluginInfo(
+            name="forward_kinematics",
+            factory="cdpr_controllers.estimators.forward_kinematics:ForwardKinematics",
+            summary="pose from the encoders by forward kinematics, velocities by differences, filtered on request",
+            properties={"sensors": ("encoders",)},
+            options=ForwardKinematicsOptions,
+            columns=(RESIDUAL,),
+        ),
+        PluginInfo(
+            name="complementary",
+            factory="cdpr_controllers.estimators.complementary:Complementary",
+            summary="integrated IMU, corrected by a measured pose or by forward kinematics (Mahony et al. 2008)",
+            properties={"sensors": ("imu", "encoders")},
+            options=ComplementaryOptions,
+        ),
+    ]
