@@ -59,6 +59,7 @@ class Header:
     limit_changes: LimitChanges = ()  # changes of tension limits by events
     spans: tuple[dict[str, Any] | None, ...] = ()  # spans of cables that sag, if any
     sensors: tuple[dict[str, Any], ...] = ()  # sections of the sensors, each with its name
+    imaging: dict[str, Any] = field(default_factory=dict)  # cameras, obstacles and markers; empty without cameras
     works: tuple[tuple[str, str], ...] = ()  # further sources of work, each with its column; "" if it is unknown
 
     def __repr__(self) -> str:
@@ -173,4 +174,5 @@ NEWER: dict[str, object] = {
     "works": (),
     "spans": (),
     "sensors": (),
+    "imaging": {},
 }

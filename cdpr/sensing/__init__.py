@@ -18,6 +18,7 @@ from cdpr.sensing.errors import AttitudeErrors, Errors
 from cdpr.sensing.sensor import Sensor
 
 if TYPE_CHECKING:
+    from cdpr.sensing.camera import Camera
     from cdpr.sensing.encoders import Encoders
     from cdpr.sensing.imu import Imu
     from cdpr.sensing.markers import Markers
@@ -33,6 +34,7 @@ __all__ = [
     "SENSORS",
     "AnySensor",
     "AttitudeErrors",
+    "Camera",
     "Encoders",
     "Errors",
     "Imu",
@@ -59,6 +61,7 @@ SENSORS: Kinds[Sensor] = Kinds(
         "range": "cdpr.sensing.range:Range",
         "scan": "cdpr.sensing.scan:Scan",
         "markers": "cdpr.sensing.markers:Markers",
+        "camera": "cdpr.sensing.camera:Camera",
     }
 )
 AnySensor = Annotated[Sensor, SENSORS]

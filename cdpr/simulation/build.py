@@ -29,6 +29,7 @@ from cdpr.plugins.registry import Registered, Role
 from cdpr.scenario import Scenario
 from cdpr.scenario.needs import lacking, missing
 from cdpr.simulation.attached_checks import check_known_mass, out_of_range
+from cdpr.simulation.cameras import check_camera
 from cdpr.simulation.columns import chosen_plugins, columns_of
 from cdpr.simulation.controller_calls import period_of
 from cdpr.simulation.estimation import check_estimator
@@ -163,6 +164,8 @@ class _Checks:
             self._try((), lambda: works_of(scenario))
         self._try(("initial", "equilibrium"), lambda: check_resting_start(scenario, chosen["controller"]))
         self._try(("robot", "winch"), lambda: check_drums(scenario))
+        for i in range(len(scenario.sections.sensors)):
+            self._try(("sensors", i), partial(check_camera, scenario, i))
         self._try(("simulation", "physics_step"), lambda: check_cables(scenario, chosen["backend"]))
         self.faults += [Fault(path, error) for path, error in out_of_range(scenario, chosen["backend"])]
         more = () if columns is None else loop_parts(scenario)

@@ -51,10 +51,11 @@ def check_estimator(scenario: Scenario) -> None:
     entry = estimator_of(scenario)
     if entry is not None:
         m = scenario.robot.m
-        sizes = [sum(each.values(m) for each in sensor.quantities) for sensor in scenario.sections.sensors]
+        measuring = [sensor for sensor in scenario.sections.sensors if sensor.quantities]  # cameras have none
+        sizes = [sum(each.values(m) for each in sensor.quantities) for sensor in measuring]
         models = [
             SensorModel(sensor.nominal, np.zeros(size), np.zeros(1), np.zeros(1))
-            for sensor, size in zip(scenario.sections.sensors, sizes, strict=True)
+            for sensor, size in zip(measuring, sizes, strict=True)
         ]
         _make(entry, scenario.nominal or scenario.robot, scenario, models).close()
 
@@ -115,6 +116,8 @@ class Estimation(LoopPart):
         models, arrivals = [], []
         self.arrays = ()
         for sensor in scenario.sections.sensors:
+            if not sensor.quantities:
+                continue
             names = [column.name for column in sensor.columns]
             measured, age = view(names[0], names[-2]), view(names[-1])
             before, fresh = np.zeros(1), np.zeros(1)

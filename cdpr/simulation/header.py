@@ -22,6 +22,7 @@ from cdpr.scenario.events import broken
 from cdpr.scenario.events.limit_changes import limit_changes
 from cdpr.scene.path import thinned
 from cdpr.sensing.rays import solids_of
+from cdpr.simulation.cameras import imaging_of
 from cdpr.simulation.columns import listed
 from cdpr.simulation.works import works_of
 from cdpr.trajectory import Trajectory
@@ -77,6 +78,7 @@ def make_header(scenario: Scenario) -> Header:
         tools={name: tuple(point.tolist()) for name, point in robot.platform.tools.items()},
         tool=scenario.trajectory.tool or "",
         believed=scenario.nominal_differences,
+        imaging=imaging_of(scenario),
         works=works_of(scenario),
         sensors=sensor_sections(scenario),
     )

@@ -50,6 +50,7 @@ from cdpr.simulation.session import Session
 from cdpr.simulation.works import with_live_events
 
 if TYPE_CHECKING:
+    from cdpr.log.images import CameraImages
     from cdpr.mechanics.closest import Closest
 
 SESSION_NAME = "session.yaml"  # file in the output folder of a run with external commands
@@ -84,6 +85,7 @@ class Runner:
         self.recorder: Recorder | None = None
         self.run: Run | None = None
         self.session = Session(scenario)
+        self._cameras: list[CameraImages] = []
         self._closed: list[str] = []  # parts that are closed already
         self._plugins: dict[str, Any] = {}  # metadata of the parts
         self._begun = self._started = perf_counter()
@@ -96,6 +98,8 @@ class Runner:
         folder = None if self.folder is None else self.folder.path
         marked = marks(self.scenario.events, self.header.control_step)
         self.recorder = Recorder(self.header, self.scenario.simulation.steps, folder, marked, self._watching)
+        if self.folder is not None and self.header.imaging:
+            self._open_cameras()
         self._started = perf_counter()
         return self.loop, self.recorder
 
@@ -132,12 +136,15 @@ class Runner:
         done = self.samples > self.scenario.simulation.steps
         stop = None if done else PlantEnded(f"t = {self._time:.6g} s: continues in {folder.path}")
         self.run, _ = self._finished(stop, closing=False)
+        self._write_images(self.run)
         if self.folder is not None:
             self.folder.finish(self.run)
         new = Runner(self.scenario, self.header, folder)
         new.parts, new.loop, new.session, new._started = self.parts, self.loop, self.session, perf_counter()
         new.recorder = Recorder(self.header, self.scenario.simulation.steps, folder.path, closest=self._watching)
         self.loop.write_to(new.recorder.rows)
+        if new.header.imaging:
+            new._open_cameras()
         return new
 
     def so_far(self) -> Run:
@@ -195,6 +202,10 @@ class Runner:
             self.folder, self.run = None, replace(self.run, folder=None)
         if self.folder is not None:
             try:
+                self._write_images(self.run)
+            except CdprError as unseen:
+                error = error or unseen
+            try:
                 self.folder.finish(self.run)
             except OutputError as unwritable:
                 error = error or unwritable
@@ -202,6 +213,27 @@ class Runner:
             error.run = self.run  # type: ignore[attr-defined]
             raise error
         return self.run
+
+    def _open_cameras(self) -> None:
+        """Make the renderers of all cameras, so that a run without one fails at its start."""
+        from cdpr.log.images import cameras_of  # few runs need this import
+
+        self._cameras = cameras_of(self.header)
+        for camera in self._cameras:
+            _ = camera.renderer
+
+    def _write_images(self, run: Run) -> None:
+        """Render the images of the cameras into the folder, and close the cameras."""
+        if self.folder is None or not self._cameras:
+            return
+        from cdpr.log.image_file import IMAGES_NAME, write_images
+
+        cameras, self._cameras = self._cameras, []
+        try:
+            write_images(self.folder.path / IMAGES_NAME, run, cameras)
+        finally:
+            for camera in cameras:
+                camera.close()
 
     def _finished(
         self, error: BaseException | None, *, closing: bool = True, going_on: bool = False

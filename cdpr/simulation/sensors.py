@@ -30,7 +30,7 @@ LOST = 3  # place in `count` of measurement.hpp
 
 def sensors_of(scenario: Scenario) -> LoopPart | None:
     """Return the part of the loop with the sensors of a scenario; None if it has none."""
-    sensors = scenario.sections.sensors
+    sensors = [sensor for sensor in scenario.sections.sensors if sensor.quantities]  # cameras have none
     about = {"stretch": _stretch(scenario), "estimated": estimator_of(scenario) is not None}
     return Sensors(sensors, scenario.simulation.seed, scenario.obstacles, **about) if sensors else None
 

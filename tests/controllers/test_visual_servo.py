@@ -125,7 +125,7 @@ def test_the_wrench_of_the_first_image(offset_robot, on, interaction):
 
 
 def correction(sensor, pose, measured):
-    """What the measured image coordinates change in the interaction matrix at a pose (2 k, 6): they enter linearly."""
+    """Change of the interaction matrix (2 k, 6) at a pose by measured image coordinates, in which it is linear."""
     own = projected(sensor, *pose)
     k, change = len(own) // 2, np.zeros((len(own), 6))
     for i in range(k):

@@ -6,8 +6,11 @@ import math
 from collections.abc import Iterator
 from time import monotonic
 
-from cdpr.log.chunk import Chunk, Template
+import numpy as np
+
+from cdpr.log.chunk import Chunk, Template, nanoseconds
 from cdpr.log.header import Header
+from cdpr.log.images import KIND, cameras_of, message, png
 from cdpr.log.topics import Group, Topic, run_topics
 from cdpr.log.visuals import PATH, PATH_RATE, visual_topics
 from cdpr.model.robot import Array
@@ -23,7 +26,12 @@ class Messages:
     def __init__(self, header: Header) -> None:
         own = run_topics(header)
         groups = (own, *visual_topics(header, own.channel + len(own.topics)))
-        self.topics: tuple[Topic, ...] = tuple(topic for group in groups for topic in group.topics)
+        topics = [topic for group in groups for topic in group.topics]
+        self._cameras = cameras_of(header) if header.imaging else []
+        self._imaged = [-1] * len(self._cameras)  # period of the last image of each
+        topics += [Topic(camera.topic, KIND, {}) for camera in self._cameras]
+        self.topics: tuple[Topic, ...] = tuple(topics)
+        self._step = header.control_step
         self._groups: list[tuple[Group, Chunk]] = [
             (group, Chunk(Template(group), 1, header.control_step)) for group in groups
         ]
@@ -32,8 +40,8 @@ class Messages:
     def of(self, row: Array, sample: int, wanted: list[bool]) -> Iterator[tuple[int, bytes]]:
         """Yield the topic number and bytes of each wanted topic for a row (width,) and its sample number.
 
-        Groups without a wanted topic are skipped. The constant desired path is sent at most once per second of the
-        clock, so new subscribers wait up to a second.
+        Groups without a wanted topic are skipped. A camera has an image at most once in its period. The constant
+        desired path is sent at most once per second of the clock, so new subscribers wait up to a second.
         """
         first, now = 0, monotonic()
         for group, chunk in self._groups:
@@ -47,3 +55,14 @@ class Messages:
             if wanted_path:
                 found = chunk.messages(group.source(row[None]), sample)
                 yield from ((k, bytes(data)) for k, data in zip(numbers, found, strict=True) if wanted[k])
+        for i, camera in enumerate(self._cameras):
+            if wanted[first + i] and self._imaged[i] != sample // camera.every:
+                self._imaged[i] = sample // camera.every
+                time = int(nanoseconds(np.array([sample]), self._step)[0])
+                yield first + i, message(time, camera.name, png(camera.image(row)))
+
+    def close(self) -> None:
+        """Free the renderers of cameras, in the thread that called `of`."""
+        for camera in self._cameras:
+            camera.close()
+        self._cameras = []

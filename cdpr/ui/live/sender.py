@@ -189,7 +189,12 @@ class Sender(ABC):
                 wanted = self._wanted()
                 if any(wanted):
                     time = int(nanoseconds(np.array([sample]), self._step)[0])
-                    self._put(time, self._messages.of(row, sample, wanted))
+                    try:
+                        self._put(time, self._messages.of(row, sample, wanted))
+                    except CdprError as error:  # no renderer: only the images are missing
+                        self._messages.close()
+                        self.refused(str(error))
+        self._messages.close()
 
     @abstractmethod
     def _open(self, topics: tuple[Topic, ...]) -> None:

@@ -1,0 +1,102 @@
+"""Camera, on the platform or in the hall, whose images are rendered from the recorded states."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Annotated, Any, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field, field_validator
+
+from cdpr.base.columns import Column
+from cdpr.base.fields import NonNegative, Position, Positive, unit
+from cdpr.base.needs import Needs, left_out, of_sensor
+from cdpr.sensing.sensor import LONGEST, Sensor, Sources, Truth
+
+LARGEST = 4096  # px, width and height
+NO_IMAGES = "renders no images"
+
+
+class Camera(Sensor):
+    """Camera that renders images of the platform, its cables, the obstacles and the markers.
+
+    The pinhole model is that of `Markers`. The images depend on the recorded states only, so they are the same for all
+    backends up to the differences of the states. They are rendered outside the control loop, off screen, and differ
+    between renderers and graphics drivers by more than round-off. They go to `images.mcap` in the folder of the run and
+    to live links. Images do not affect the controller.
+
+    Example:
+        >>> import cdpr
+        >>> cdpr.sensing.Camera(position=[0, 0, 5], attitude=[0, 1, 0, 0], period=0.05).size
+        (640, 480)
+    """
+
+    needs: ClassVar[Needs] = replace(of_sensor(), rollout=left_out(NO_IMAGES), threads=left_out(NO_IMAGES))
+
+    type: Literal["camera"] = "camera"
+    on: Literal["world", "platform"] = Field("world", description="body that carries the camera")
+    position: Position = Field(description="place of the camera in the axes of its body", json_schema_extra=unit("m"))
+    attitude: tuple[float, float, float, float] = Field(
+        (1.0, 0.0, 0.0, 0.0), description="attitude of the camera's axes in those of its body, a quaternion w, x, y, z"
+    )
+    focal: tuple[Positive, Positive] = Field(
+        (800.0, 800.0), description="focal lengths fx and fy", json_schema_extra=unit("px")
+    )
+    center: tuple[float, float] | None = Field(
+        None, description="principal point cx, cy; default: the middle of the image", json_schema_extra=unit("px")
+    )
+    size: tuple[Annotated[int, Field(ge=1, le=LARGEST)], Annotated[int, Field(ge=1, le=LARGEST)]] = Field(
+        (640, 480), description="width and height of the image", json_schema_extra=unit("px")
+    )
+    period: Annotated[float, Field(gt=0.0, le=LONGEST)] = Field(
+        0.05,
+        description="time from one image to the next: an integer multiple of control_step and of log.step",
+        json_schema_extra=unit("s"),
+    )
+    renderer: Literal["auto", "mujoco", "bullet"] = Field(
+        "auto",
+        description="renderer: MuJoCo with EGL, or Bullet's software renderer; auto: the first that is installed",
+    )
+    marker_radius: NonNegative = Field(
+        0.02,
+        description="radius of the spheres that show the markers of other sensors; 0: none",
+        json_schema_extra=unit("m"),
+    )
+
+    @field_validator("attitude")
+    @classmethod
+    def _rotates(cls, value: tuple[float, ...]) -> tuple[float, ...]:
+        if not np.isclose(np.linalg.norm(value), 1.0, atol=1e-6):  # written with six digits
+            raise ValueError(f"expected a unit quaternion w, x, y, z, got one of norm {np.linalg.norm(value):.6g}")
+        return value
+
+    @field_validator("delay", "jitter", "dropout")
+    @classmethod
+    def _exact(cls, value: float) -> float:
+        if value:
+            raise ValueError(f"must be 0 for a camera, got {value:g}: images are recorded at the times of their states")
+        return value
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """No columns: images are not part of the rows."""
+        return ()
+
+    def truth(self, sources: Sources) -> Truth:
+        """Return no values: images are not part of the rows."""
+        return Truth(np.empty(0))
+
+    def described(self) -> dict[str, Any]:
+        """Return the camera as plain data for the header of a run."""
+        middle = self.center or (0.5 * self.size[0], 0.5 * self.size[1])
+        attitude = np.array(self.attitude) / np.linalg.norm(self.attitude)
+        return {
+            "name": self.title,
+            "on": self.on,
+            "pose": [*self.position, *attitude.tolist()],
+            "lens": [*self.focal, *middle],
+            "size": list(self.size),
+            "period": self.period,
+            "renderer": self.renderer,
+            "marker_radius": self.marker_radius,
+        }

@@ -1,0 +1,57 @@
+"""Cameras of a scenario: what their images show, and checks."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, cast
+
+from cdpr.base.errors import CdprError
+from cdpr.model.shapes import Hull
+from cdpr.scenario import Scenario
+
+if TYPE_CHECKING:  # imported when first used
+    from cdpr.sensing import Camera, Markers
+
+
+def imaging_of(scenario: Scenario) -> dict[str, Any]:
+    """Return cameras, obstacles and markers as plain data for the header of a run; {} without cameras."""
+    sensors = scenario.sections.sensors
+    cameras = [cast("Camera", sensor).described() for sensor in sensors if sensor.kind() == "camera"]
+    if not cameras:
+        return {}
+    obstacles = [
+        {"shape": each.shape.outline, "pose": [*each.position.tolist(), *each.attitude.tolist()]}
+        for each in scenario.obstacles
+    ]
+    seen = [cast("Markers", sensor) for sensor in sensors if sensor.kind() == "markers"]
+    markers = [
+        {"on": "world" if sensor.on == "platform" else "platform", "place": list(point)}
+        for sensor in seen
+        for point in sensor.markers
+    ]
+    return {"cameras": cameras, "obstacles": obstacles, "markers": markers}
+
+
+def check_camera(scenario: Scenario, i: int) -> None:
+    """Raise an error if no images of sensor i can be made; nothing for other sensors.
+
+    Raises:
+        MissingPackageError: if its renderer is not installed.
+        CdprError: if its period is not that of rows, or an obstacle cannot be drawn.
+    """
+    sensor = scenario.sections.sensors[i]
+    if sensor.kind() != "camera":
+        return
+    from cdpr.sensing.rendering import check_renderer  # few scenarios need this import
+
+    camera = cast("Camera", sensor)
+    check_renderer(camera.renderer)
+    step = scenario.simulation.control_step
+    every = round(camera.period / step)
+    if every % scenario.log_every:
+        row = scenario.log_every * step
+        raise CdprError(f"period: expected an integer multiple of log.step, {row:g} s, got {camera.period:g} s")
+    for each in scenario.obstacles:
+        if isinstance(each.shape, Hull):
+            raise CdprError(
+                f"cameras do not draw meshes such as that of obstacle '{each.name}': use boxes, or remove it"
+            )

@@ -1,0 +1,231 @@
+"""Rendered images: markers against projected ones, files, live messages, determinism, machines without renderers."""
+
+from __future__ import annotations
+
+import importlib.util
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from conftest import ROOT
+from mcap.reader import make_reader
+from rosbags.typesys import Stores, get_typestore
+from scipy.spatial.transform import Rotation
+
+import cdpr
+from cdpr.log.images import cameras_of, images, png
+from cdpr.sensing import rendering
+from cdpr.ui.live.messages import Messages
+
+SCENARIO = ROOT / "scenarios" / "camera.yaml"
+TYPES = get_typestore(Stores.ROS2_HUMBLE)
+POINTS = np.array([[0.5, 0.25, 0.6], [-0.5, 0.25, 0.5], [-0.5, -0.25, 0.7], [0.5, -0.25, 0.6], [0.1, 0.0, 0.9]])
+AXES = Rotation.from_euler("x", np.pi) * Rotation.from_rotvec([0.05, 0.02, 0.4])
+PLACE = np.array([0.1, -0.1, 5.0])
+CENTROID = 0.5  # px
+SHORT = {"simulation.duration": 0.2}
+
+
+def usable(name):
+    """Skip without the renderer."""
+    try:
+        rendering.make_renderer(name, rendering.Lens((100.0, 100.0), (8.0, 8.0), (16, 16))).close()
+    except cdpr.CdprError as error:
+        pytest.skip(str(error))
+
+
+@pytest.fixture(params=["mujoco", "bullet"])
+def renderer(request):
+    usable(request.param)
+    return request.param
+
+
+def looking(renderer, on="world", **more):
+    """A run with one camera and markers, whose rows tests change."""
+    attitude = AXES.as_quat(scalar_first=True).tolist()
+    lens = {"focal": [800.0, 780.0], "center": [310.0, 250.0], "on": on}
+    # A camera on the platform looks down on markers in the hall.
+    place, points = (PLACE, POINTS) if on == "world" else (np.array([0.0, 0.1, -0.3]), POINTS - [0.0, 0.0, 2.0])
+    mount = {"position": place.tolist(), "attitude": attitude, **lens}
+    camera = {"type": "camera", "name": "eye", "renderer": renderer, "marker_radius": 0.03, **mount, **more}
+    sensors = [camera, {"type": "markers", "markers": points.tolist(), **mount}]
+    overrides = {"simulation.duration": 0.01, "world.obstacles": [], "sensors": sensors}
+    return cdpr.simulate(SCENARIO, overrides=overrides), place, points
+
+
+@pytest.mark.parametrize("on", ["world", "platform"])
+@pytest.mark.parametrize(
+    "count", [pytest.param(4, id="4 poses"), pytest.param(100, id="100 poses", marks=pytest.mark.slow)]
+)
+def test_rendered_markers_are_where_projected_ones_are(renderer, on, count):
+    run, place, points = looking(renderer, on)
+    camera, row, rng = cameras_of(run.header)[0], run.rows[0].copy(), np.random.default_rng(0)
+    columns, found = run.header.layout.columns, 0
+    for _ in range(count):
+        position = np.array([0.0, 0.0, 1.5]) + rng.uniform(-0.4, 0.4, 3)
+        body = Rotation.from_rotvec(rng.uniform(-0.3, 0.3, 3))
+        row[columns["position"]], row[columns["orientation"]] = position, body.as_quat(scalar_first=True)
+        if on == "world":
+            seen = AXES.inv().apply(position + body.apply(points) - place)
+        else:
+            seen = (body * AXES).inv().apply(points - position - body.apply(place))
+        pixels = seen[:, :2] / seen[:, 2:] * [800.0, 780.0] + [310.0, 250.0]
+        found += len(list(distances(camera.image(row), pixels, 0.03 * 790.0 / seen[:, 2])))
+    camera.close()
+    assert found >= 2 * count  # others are at the edge of the image, or behind a cable or another marker
+
+
+def distances(image, pixels, radii):
+    """Distance (px) of the centroid of each marker that is wholly visible from its projection."""
+    red = image[:, :, 0].astype(int) - image[:, :, 1] > 60
+    v, u = np.mgrid[: image.shape[0], : image.shape[1]] + 0.5
+    for k, (pixel, radius) in enumerate(zip(pixels, radii, strict=True)):
+        reach = radius + 3.0
+        others = np.delete(pixels, k, axis=0)
+        inside = (pixel > reach).all() and (pixel < [image.shape[1] - reach, image.shape[0] - reach]).all()
+        if not inside or np.linalg.norm(others - pixel, axis=1).min() < 2.5 * reach:
+            continue
+        own = red & (np.hypot(u - pixel[0], v - pixel[1]) < reach)
+        if own.sum() < 0.9 * np.pi * radius**2:
+            continue  # hidden in part
+        near = float(np.hypot(u[own].mean() - pixel[0], v[own].mean() - pixel[1]))
+        assert near < CENTROID
+        yield near
+
+
+def test_images_follow_the_state_and_both_renderers_agree():
+    for name in rendering.RENDERERS:
+        usable(name)
+    found = {}
+    for name in rendering.RENDERERS:
+        changes = {f"sensors.{i}.renderer": name for i in (0, 1)}
+        run = cdpr.simulate(SCENARIO, overrides={**changes, "simulation.duration": 0.5})
+        pictures = list(images(run, "roof"))
+        assert [time for time, _ in pictures] == pytest.approx(np.arange(6) * 0.1)
+        assert not np.array_equal(pictures[0][1], pictures[-1][1])
+        found[name] = pictures[-1][1]
+        assert len({tuple(colour) for colour in found[name].reshape(-1, 3)[::7].tolist()}) > 3
+    # The markers alone have one colour in both: the same pixels but for their edges.
+    red = [(image[:, :, 0].astype(int) - image[:, :, 1] > 100) for image in found.values()]
+    assert red[0].sum() > 50
+    assert np.logical_xor(*red).sum() < 0.5 * red[0].sum()
+
+
+def test_a_camera_changes_no_bit_of_the_rows():
+    with_cameras = cdpr.simulate(SCENARIO, overrides=SHORT)
+    without = cdpr.simulate(SCENARIO, overrides={**SHORT, "sensors": []})
+    assert with_cameras.header.layout.width == without.header.layout.width + 5 * 3 + 1
+    for name in without.header.layout.columns:
+        assert np.array_equal(with_cameras[name], without[name])
+
+
+def test_estimators_ignore_cameras():
+    camera = {"type": "camera", "position": [0.0, 0.0, 5.0], "attitude": [0, 1, 0, 0]}
+    changes = {"sensors": [camera, {"type": "encoders"}], "estimator": {"type": "forward_kinematics"}, **SHORT}
+    run = cdpr.simulate(SCENARIO, overrides=changes)
+    assert run["estimated_position"] == pytest.approx(run.position, abs=1e-6)
+
+
+def test_images_go_to_a_file_with_the_same_bits_each_time(tmp_path):
+    usable("auto")
+    for name in ("one", "two"):
+        cdpr.simulate(SCENARIO, overrides=SHORT, out=str(tmp_path / name))
+    files = [tmp_path / name / "images.mcap" for name in ("one", "two")]
+    assert files[0].read_bytes() == files[1].read_bytes()
+    with files[0].open("rb") as file:
+        found = [(channel.topic, schema.name, one) for schema, channel, one in make_reader(file).iter_messages()]
+    assert [topic for topic, *_ in found].count("/cdpr/roof/compressed") == 3
+    assert [topic for topic, *_ in found].count("/cdpr/tool/compressed") == 3
+    for topic, schema, one in found:
+        assert schema == "sensor_msgs/msg/CompressedImage"
+        image = TYPES.deserialize_cdr(one.data, schema)
+        assert image.header.frame_id == topic.split("/")[2]
+        assert image.header.stamp.sec * 10**9 + image.header.stamp.nanosec == one.log_time
+        assert image.format == "png"
+        assert bytes(image.data)[:8] == b"\x89PNG\r\n\x1a\n"
+    again = [png(image) for _, image in images(cdpr.load_run(tmp_path / "one"), "roof")]
+    assert again == [bytes(TYPES.deserialize_cdr(one.data, s).data) for topic, s, one in found if "roof" in topic]
+
+
+def test_png_holds_the_pixels():
+    pillow = pytest.importorskip("PIL.Image")
+    import io
+
+    image = np.random.default_rng(0).integers(0, 256, (7, 5, 3), dtype=np.uint8)
+    assert np.array_equal(np.asarray(pillow.open(io.BytesIO(png(image)))), image)
+
+
+def test_live_messages_contain_an_image_in_each_period():
+    usable("auto")
+    run = cdpr.simulate(SCENARIO, overrides=SHORT)
+    made = Messages(run.header)
+    names = [topic.name for topic in made.topics]
+    roof = names.index("/cdpr/roof/compressed")
+    wanted = [k == roof for k in range(len(names))]
+    sent = [(sample, *one) for sample in (3, 20, 49, 50, 77, 100) for one in made.of(run.rows[sample], sample, wanted)]
+    made.close()
+    assert [(sample, k) for sample, k, _ in sent] == [(3, roof), (50, roof), (100, roof)]
+    first = TYPES.deserialize_cdr(sent[0][2], "sensor_msgs/msg/CompressedImage")
+    assert first.header.stamp.nanosec == 6_000_000
+    assert not list(made.of(run.rows[0], 0, [False] * len(names)))
+
+
+def hide(monkeypatch, *missing):
+    find = importlib.util.find_spec
+    monkeypatch.setattr(rendering, "find_spec", lambda name: None if name in missing else find(name))
+
+
+def test_without_a_renderer_a_run_names_the_remedy(monkeypatch, tmp_path):
+    hide(monkeypatch, "mujoco", "pybullet")
+    with pytest.raises(cdpr.CdprError, match=r"needs mujoco or pybullet.*pip install 'cdpr\[mujoco\]'"):
+        cdpr.simulate(SCENARIO, overrides=SHORT, out=str(tmp_path / "run"))
+    assert not (tmp_path / "run" / "run.json").exists()
+
+
+def test_without_egl_a_run_takes_bullet_or_fails_at_its_start(monkeypatch, tmp_path):
+    mujoco = pytest.importorskip("mujoco")
+    monkeypatch.delattr(mujoco, "egl", raising=False)
+    monkeypatch.setitem(sys.modules, "mujoco.egl", None)  # as without its library: the import fails
+    changes = {"sensors.0.renderer": "mujoco", **SHORT}
+    with pytest.raises(cdpr.CdprError, match="renderer 'mujoco' does not work on this machine: no EGL device"):
+        cdpr.simulate(SCENARIO, overrides=changes, out=str(tmp_path / "run"))
+    pytest.importorskip("pybullet")
+    cdpr.simulate(SCENARIO, overrides=SHORT, out=str(tmp_path / "other"))
+    assert (tmp_path / "other" / "images.mcap").exists()
+
+
+@pytest.mark.parametrize(
+    ("change", "text"),
+    [
+        ({"sensors.0.delay": 0.1}, r"sensors\[0\].delay: must be 0 for a camera"),
+        ({"sensors.0.period": 0.0}, r"sensors\[0\].period: must be greater than 0"),
+        ({"sensors.0.period": 0.0011}, r"sensors\[0\].period: "),
+        ({"sensors.0.period": 0.01, "log.step": 0.004}, "expected an integer multiple of log.step, 0.004 s, got 0.01"),
+        ({"sensors.0.attitude": [1, 1, 0, 0]}, "expected a unit quaternion"),
+        ({"sensors.0.size": [0, 10]}, r"sensors\[0\].size\[0\]: must be at least 1"),
+        ({"sensors.0.renderer": "paint"}, r"sensors\[0\].renderer: "),
+        ({"sensors.1.name": "roof"}, "both named 'roof'"),
+    ],
+)
+def test_invalid_cameras_are_rejected(change, text):
+    with pytest.raises(cdpr.CdprError, match=text):
+        cdpr.simulate(SCENARIO, overrides={**SHORT, **change})
+
+
+def test_unknown_cameras_of_a_run_are_reported():
+    run = cdpr.simulate(SCENARIO, overrides=SHORT)
+    with pytest.raises(cdpr.CdprError, match="no camera named 'sky': expected roof or tool"):
+        next(images(run, "sky"))
+    without = cdpr.simulate(SCENARIO, overrides={**SHORT, "sensors": []})
+    with pytest.raises(cdpr.CdprError, match="no camera: expected a sensor of the type camera"):
+        next(images(without))
+
+
+def test_runs_without_cameras_import_nothing(tmp_path):
+    code = (
+        "import sys, cdpr; cdpr.simulate('caroca', overrides={'simulation.duration': 0.01}, out=sys.argv[1]); "
+        "sys.exit(any('rendering' in name or name in ('cdpr.log.images', 'mujoco') for name in sys.modules))"
+    )
+    assert subprocess.run([sys.executable, "-c", code, str(tmp_path / "run")], timeout=60).returncode == 0
+    assert not (tmp_path / "run" / "images.mcap").exists()
