@@ -2,6 +2,7 @@
 #include <cdpr/group.hpp>
 #include <cdpr_controllers/cable_length.hpp>
 #include <cdpr_controllers/computed_torque.hpp>
+#include <cdpr_controllers/estimators/ekf.hpp>
 #include <cdpr_controllers/inverse_kinematics.hpp>
 #include <cdpr_controllers/pid.hpp>
 #include <cdpr_controllers/static.hpp>
@@ -14,6 +15,8 @@ static constexpr cdpr_entry entries[] = {
     entry<PidControl<double>, pid<double>>("pid"),
     entry<CableLengthControl, cable_length>("cable_length"),
     entry<InverseKinematics, inverse_kinematics>("inverse_kinematics"),
+    entry<KalmanFilter, kalman_filter>("kalman_filter"),
+    entry<ArrivingMeasurement, take_measurement>("take_measurement"),
 #ifndef CDPR_ALONE
     entry<TaskSpaceControl<Lanes>, computed_torque<Lanes>>("computed_torque_lanes"),
     entry<TaskSpaceControl<Lanes>, static_control<Lanes>>("static_lanes"),
