@@ -8,6 +8,7 @@
 #include <cdpr/cables/chain.hpp>
 #include <cdpr/mechanics/geometry.hpp>
 #include <cdpr/mechanics/platform_acceleration.hpp>
+#include <cdpr/twelve.hpp>
 
 namespace cdpr::CDPR_TARGET {
 
@@ -41,28 +42,24 @@ struct FilteredPlatform {
         "work matrix(6, m), work length(m), work rate(m), work matrix_rate(6, m), work forces(m), period, driven, rotates, noisy, m, w";
 };
 
-// Dynamics at a state: accelerations (6), linear and angular, and their derivatives.
+// Dynamics at a state.
 struct LinearisedMotion {
-    double inverse[6][6];     // of the mass matrix; 0 in blocked directions
-    double stiffness[6][6];   // of the wrench by position and rotation vector, world axes
-    double gyroscopic[6][3];  // of the wrench by the angular velocity
-    double acceleration[6];
+    double inverse[6][6];           // of the mass matrix; 0 in blocked directions
+    double wrench_rate[6][ERRORS];  // derivatives of the wrench by the error state
+    double acceleration[6];         // linear and angular
 };
 
 CDPR_INLINE Vector<double> unit_vector(int j) { return {j == 0 ? 1.0 : 0.0, j == 1 ? 1.0 : 0.0, j == 2 ? 1.0 : 0.0}; }
 
-// Write B = R A R^T, 3 x 3, within matrices with rows of six numbers; `axes` are the columns of R.
-CDPR_INLINE void rotate_block(const Vector<double>* axes, const double* A, double* B) {
-    double turned[3][3];  // R A
+// Write B = R A R^T, 3 x 3, within matrices with rows of `stride` numbers; `axes` are the columns of R.
+CDPR_INLINE void rotate_block(const Vector<double>* axes, const double* A, int stride, double* B) {
+    double turned[3][3];  // R A, by columns
     for (int j = 0; j < 3; j++) {
-        const Vector<double> column = {A[j], A[6 + j], A[12 + j]};
-        const Vector<double> x = column.x * axes[0] + column.y * axes[1] + column.z * axes[2];
-        turned[0][j] = x.x, turned[1][j] = x.y, turned[2][j] = x.z;
+        const Vector<double> column = {A[j], A[stride + j], A[2 * stride + j]};
+        store(column.x * axes[0] + column.y * axes[1] + column.z * axes[2], turned[j]);
     }
-    for (int i = 0; i < 3; i++) {
-        const Vector<double> row = turned[i][0] * axes[0] + turned[i][1] * axes[1] + turned[i][2] * axes[2];
-        store(row, B + 6 * i);
-    }
+    for (int i = 0; i < 3; i++)
+        store(turned[0][i] * axes[0] + turned[1][i] * axes[1] + turned[2][i] * axes[2], B + stride * i);
 }
 
 // Write the inverse mass matrix of a guided platform, or of one with the masses (m), kg, of drums along the cables.
@@ -87,66 +84,50 @@ inline void invert_mass_matrix(const FilteredPlatform& p, Quaternion<double> q, 
     }
 }
 
-// Add the stiffness of cables with these tensions, N: with tau = t / l and b from the platform's origin to the anchor,
-// -tau (J^T J - w w^T), J = [1, -[b]x], and the moment (phi x b) x t u of a rotation phi.
-inline void add_stiffness(const FilteredPlatform& p, const double* tension, Quaternion<double> q,
-                          LinearisedMotion& now) {
+// Write the stiffness (6, 6), by position and rotation vector, world axes, of cables with these tensions, N, and of the
+// weight, which acts at r. With tau = t / l and b from the platform's origin to the anchor it is -tau (J^T J - w w^T),
+// J = [1, -[b]x], and the moment (phi x b) x t u of a rotation phi.
+inline void write_stiffness(const FilteredPlatform& p, const double* tension, Quaternion<double> q, Vector<double> r,
+                            Vector<double> weight, double (*stiffness)[6]) {
     const int64_t m = p.m;
-    double total = 0.0, first[3] = {}, second[3][3] = {}, along[3][3] = {};
+    double total = 0.0;
+    const double none[12] = {};
+    Twelve along[6], levers[3];
+    for (int j = 0; j < 6; j++) along[j] = twelve(none), levers[j % 3] = twelve(none);
     for (int64_t i = 0; i < m; i++) {
-        double b[3], w[6];
-        store(rotate(q, vector(p.lines + i * p.w + Line<double>::PLATFORM)), b);
-        for (int j = 0; j < 6; j++) w[j] = p.matrix[j * m + i];
+        const Vector<double> b = rotate(q, vector(p.lines + i * p.w + Line<double>::PLATFORM));
         const double t = tension[i], tau = t / p.length[i];
+        double numbers[12] = {}, anchor[3];
+        for (int j = 0; j < 6; j++) numbers[j] = p.matrix[j * m + i];
+        const Twelve w = tau * twelve(numbers);
+        for (int j = 0; j < 6; j++) along[j] = along[j] + numbers[j] * w;
+        store(b, anchor);
+        store(t * vector(numbers), numbers);
+        store(tau * b, numbers + 3);
+        numbers[6] = tau;
+        const Twelve pull = twelve(numbers);
+        for (int j = 0; j < 3; j++) levers[j] = levers[j] + anchor[j] * pull;
         total += tau;
-        for (int j = 0; j < 3; j++) {
-            first[j] += tau * b[j];
-            for (int k = 0; k < 3; k++) second[j][k] += tau * b[j] * b[k];
-            for (int k = 0; k < 3; k++) along[j][k] += t * b[j] * w[k];
-        }
-        for (int j = 0; j < 6; j++)
-            for (int k = 0; k < 6; k++) now.stiffness[j][k] += tau * w[j] * w[k];
     }
-    const double trace = second[0][0] + second[1][1] + second[2][2];
-    const double straight = along[0][0] + along[1][1] + along[2][2];
+    const double lever[3] = {r.x, r.y, r.z}, pull[3] = {weight.x, weight.y, weight.z};
+    double square = 0.0, straight = dot(r, weight);
+    double row[12], sums[3][12];
+    for (int j = 0; j < 3; j++) store(levers[j], sums[j]);
+    for (int j = 0; j < 3; j++) square += sums[j][3 + j], straight += sums[j][j];
+    for (int j = 0; j < 6; j++) {
+        store(along[j], row);
+        for (int k = 0; k < 6; k++) stiffness[j][k] = row[k];
+    }
     for (int j = 0; j < 3; j++) {
         const int k = (j + 1) % 3, l = (j + 2) % 3;
-        now.stiffness[j][j] -= total;
-        now.stiffness[k][3 + l] -= first[j];  // tau [b]x above, its transpose below
-        now.stiffness[l][3 + k] += first[j];
-        now.stiffness[3 + k][l] += first[j];
-        now.stiffness[3 + l][k] -= first[j];
-        now.stiffness[3 + j][3 + j] -= trace + straight;
-        for (int i = 0; i < 3; i++) now.stiffness[3 + j][3 + i] += second[j][i] + along[j][i];
-    }
-}
-
-// Write the wrench (6) that tensions and inertia leave over, and its derivatives except those of the inertia by the
-// attitude, which are of second order.
-inline void write_wrench(const FilteredPlatform& p, const double* state, const double* tension, double* wrench,
-                         LinearisedMotion& now) {
-    const Inertial<double> body = {p.inertial};
-    const Quaternion<double> q = quaternion(state + 3);
-    const Vector<double> spin = vector(state + 10), none = no_vector<double>(), r = body.lever(q);
-    const Vector<double> weight = body.mass() * vector(p.gravity);
-    store(inverse_dynamics<double>(body, vector(p.gravity), q, spin, none, none), wrench);
-    for (int j = 0; j < 6; j++) {
-        const double* row = p.matrix + j * p.m;
-        wrench[j] = sum(-wrench[j], 0, p.m, [&](int64_t i) { return row[i] * tension[i]; });
-        for (int k = 0; k < 6; k++) now.stiffness[j][k] = 0.0;
-    }
-    add_stiffness(p, tension, q, now);
-    const double lever[3] = {r.x, r.y, r.z}, pull[3] = {weight.x, weight.y, weight.z};
-    const double straight = dot(r, weight);
-    const Vector<double> momentum = body.turned_times(q, spin), turning = cross(spin, r);
-    for (int j = 0; j < 3; j++) {
-        now.stiffness[3 + j][3 + j] -= straight;
-        for (int k = 0; k < 3; k++) now.stiffness[3 + j][3 + k] += lever[j] * pull[k];
-        const Vector<double> e = unit_vector(j);
-        const Vector<double> force = -body.mass() * (cross(e, turning) + cross(spin, cross(e, r)));
-        const Vector<double> moment = cross(momentum, e) - cross(spin, body.turned_times(q, e)) + cross(r, force);
-        now.gyroscopic[0][j] = force.x, now.gyroscopic[1][j] = force.y, now.gyroscopic[2][j] = force.z;
-        now.gyroscopic[3][j] = moment.x, now.gyroscopic[4][j] = moment.y, now.gyroscopic[5][j] = moment.z;
+        const double first = sums[j][6];
+        stiffness[j][j] -= total;
+        stiffness[k][3 + l] -= first;  // tau [b]x above, its transpose below
+        stiffness[l][3 + k] += first;
+        stiffness[3 + k][l] += first;
+        stiffness[3 + l][k] -= first;
+        stiffness[3 + j][3 + j] -= square + straight;
+        for (int i = 0; i < 3; i++) stiffness[3 + j][3 + i] += sums[j][3 + i] + sums[j][i] + lever[j] * pull[i];
     }
 }
 
@@ -157,7 +138,7 @@ inline void write_inverse(const FilteredPlatform& p, bool driven, const double* 
     if (p.rotates) {
         for (int j = 0; j < 4; j++) {
             const int place = 18 * (j / 2) + 3 * (j % 2);
-            rotate_block(axes, p.inverse + place, &now.inverse[0][0] + place);
+            rotate_block(axes, p.inverse + place, 6, &now.inverse[0][0] + place);
         }
         return;
     }
@@ -175,89 +156,131 @@ inline void write_inverse(const FilteredPlatform& p, bool driven, const double* 
     invert_mass_matrix(p, quaternion(state + 3), p.rate, now);
 }
 
-// Write the accelerations at a state with these tensions, N, and their derivatives.
+// Write the wrench (6) that accelerates the platform, and its derivatives, without those of the inertia by the attitude,
+// which are of second order.
+inline void write_wrench(const FilteredPlatform& p, const double* state, const Vector<double>* axes,
+                         const double* tension, double* wrench, LinearisedMotion& now) {
+    const Inertial<double> body = {p.inertial};
+    const Quaternion<double> q = quaternion(state + 3);
+    const Vector<double> spin = vector(state + 10), none = no_vector<double>(), r = body.lever(q);
+    store(inverse_dynamics<double>(body, vector(p.gravity), q, spin, none, none), wrench);
+    for (int j = 0; j < 6; j++) {
+        const double* row = p.matrix + j * p.m;
+        wrench[j] = sum(-wrench[j], 0, p.m, [&](int64_t i) { return row[i] * tension[i]; });
+    }
+    double stiffness[6][6], inertia[9];
+    write_stiffness(p, tension, q, r, body.mass() * vector(p.gravity), stiffness);
+    for (int j = 0; j < 6; j++) {
+        double* const row = now.wrench_rate[j];
+        for (int k = 0; k < 3; k++) {
+            row[k] = stiffness[j][k];
+            row[TURN_ERROR + k] = dot(vector(stiffness[j] + 3), axes[k]);
+            row[VELOCITY_ERROR + k] = 0.0;
+        }
+    }
+    rotate_block(axes, p.inertial + Inertial<double>::INERTIA, 3, inertia);
+    const Vector<double> momentum = product(inertia, spin), turning = cross(spin, r);
+    for (int k = 0; k < 3; k++) {  // an angular velocity e more
+        const Vector<double> e = unit_vector(k);
+        const Vector<double> force = -body.mass() * (cross(e, turning) + cross(spin, cross(e, r)));
+        const Vector<double> moment = cross(momentum, e) - cross(spin, vector(inertia + 3 * k)) + cross(r, force);
+        const double column[6] = {force.x, force.y, force.z, moment.x, moment.y, moment.z};
+        for (int j = 0; j < 6; j++) now.wrench_rate[j][SPIN_ERROR + k] = column[j];
+    }
+}
+
+// Write the accelerations at a state with these tensions, N, and the derivatives of the wrench.
 inline void linearise_motion(const FilteredPlatform& p, bool driven, const double* state, const Vector<double>* axes,
                              double* tension, LinearisedMotion& now) {
     Geometry<double> cables = {p.lines, state, p.matrix, p.length, p.rate, p.m, p.w};
     geometry(cables);
     write_inverse(p, driven, state, axes, tension, now);
     double wrench[6] = {};
-    if (driven) {
-        write_wrench(p, state, tension, wrench, now);
-    } else {
-        for (int j = 0; j < 6; j++)
-            for (int k = 0; k < 6; k++) now.stiffness[j][k] = now.gyroscopic[j][k % 3] = 0.0;
-    }
-    for (int j = 0; j < 6; j++)
+    if (driven) write_wrench(p, state, axes, tension, wrench, now);
+    for (int j = 0; j < 6; j++) {
+        for (int k = 0; !driven && k < ERRORS; k++) now.wrench_rate[j][k] = 0.0;
         now.acceleration[j] = sum(0.0, 0, 6, [&](int64_t k) { return now.inverse[j][k] * wrench[k]; });
+    }
 }
 
-// Rates of the velocity errors by the error state, and the covariance of a step's change of velocities.
+// Change of the velocity errors in a step, per error state, and covariance of its noise with the error state.
 struct ErrorMotion {
-    double rows[6][ERRORS];   // by position, attitude and angular velocity, 1/s; those by velocity are 0
-    double noise[6][ERRORS];  // with the error state
+    double change[6][ERRORS];
+    Twelve noise[6];
 };
 
-// Write the change of the velocity errors over a step, and its noise, which acts on positions by half a step.
+CDPR_INLINE Twelve weighted(const double* weights, const Twelve* rows) {
+    Twelve total = weights[0] * rows[0];
+    for (int i = 1; i < 6; i++) total = total + weights[i] * rows[i];
+    return total;
+}
+
+// Write them; the noise acts on positions by half a step.
 inline void write_error_motion(const FilteredPlatform& p, bool driven, const Vector<double>* axes,
                                const LinearisedMotion& now, ErrorMotion& step) {
     const double h = p.period;
-    double density[6][6] = {}, spread[6][6];
-    for (int j = 0; j < 6; j++) density[j][j] = p.noise[(driven ? 0 : 2) + j / 3];
-    for (int64_t i = 0; driven && p.noisy && i < p.m; i++)
-        for (int j = 0; j < 6; j++)
-            for (int k = 0; k < 6; k++)
-                density[j][k] += p.matrix[j * p.m + i] * p.spread[i] * p.matrix[k * p.m + i];
-    for (int j = 0; j < 6; j++) {
-        double* const row = step.rows[j];
-        double turn[3], product[6];
-        for (int k = 0; k < ERRORS; k++) row[k] = 0.0;
-        for (int k = 0; k < 6; k++) product[k] = 0.0;
-        for (int i = 0; i < 6; i++)
-            for (int k = 0; k < 6; k++) product[k] += now.inverse[j][i] * now.stiffness[i][k];
-        for (int k = 0; k < 3; k++) row[k] = h * product[k], turn[k] = h * product[3 + k];
-        for (int k = 0; k < 3; k++) row[TURN_ERROR + k] = dot(vector(turn), axes[k]);
-        for (int i = 0; i < 6; i++)
-            for (int k = 0; k < 3; k++) row[SPIN_ERROR + k] += h * now.inverse[j][i] * now.gyroscopic[i][k];
-        for (int k = 0; k < 6; k++) {
-            spread[j][k] = 0.0;
-            for (int i = 0; i < 6; i++) spread[j][k] += now.inverse[j][i] * density[i][k];
-        }
+    Twelve rates[6], effects[6];
+    for (int i = 0; i < 6; i++) {
+        const double* const row = now.inverse[i];  // the effects of a wrench: the matrix is symmetric
+        const Vector<double> linear = vector(row), angular = vector(row + 3);
+        double effect[ERRORS];
+        store(0.5 * h * linear, effect);
+        for (int k = 0; k < 3; k++) effect[TURN_ERROR + k] = 0.5 * h * dot(angular, axes[k]);
+        store(linear, effect + VELOCITY_ERROR);
+        store(angular, effect + SPIN_ERROR);
+        effects[i] = twelve(effect);
+        rates[i] = twelve(now.wrench_rate[i]);
     }
     for (int j = 0; j < 6; j++) {
-        double* const row = step.noise[j];
-        for (int k = 0; k < 6; k++)
-            row[VELOCITY_ERROR + k] = h * sum(0.0, 0, 6, [&](int64_t i) { return spread[j][i] * now.inverse[k][i]; });
-        for (int k = 0; k < 3; k++) {
-            row[k] = 0.5 * h * row[VELOCITY_ERROR + k];
-            row[TURN_ERROR + k] = 0.5 * h * dot(vector(row + SPIN_ERROR), axes[k]);
+        double scaled[6], spread[6];
+        for (int i = 0; i < 6; i++) {
+            scaled[i] = h * now.inverse[j][i];
+            spread[i] = scaled[i] * p.noise[(driven ? 0 : 2) + i / 3];
         }
+        for (int64_t c = 0; driven && p.noisy && c < p.m; c++) {
+            const double along =
+                sum(0.0, 0, 6, [&](int64_t i) { return scaled[i] * p.matrix[i * p.m + c]; }) * p.spread[c];
+            for (int i = 0; i < 6; i++) spread[i] += along * p.matrix[i * p.m + c];
+        }
+        store(weighted(scaled, rates), step.change[j]);
+        step.noise[j] = weighted(spread, effects);
     }
 }
 
 // Write Y = F X + G noise of X (12, 12); without noise Y = F X.
-template <bool noisy>
-inline void transition(const double (*X)[ERRORS], const ErrorMotion& step, const Vector<double>* axes, double h,
-                       double (*Y)[ERRORS]) {
+template <bool noisy> inline void transition(const Twelve* X, const ErrorMotion& step, const Vector<double>* axes,
+                                             double h, Twelve* Y) {
     for (int j = 0; j < 6; j++) {
-        double row[ERRORS];
-        for (int k = 0; k < ERRORS; k++) row[k] = X[VELOCITY_ERROR + j][k] + (noisy ? step.noise[j][k] : 0.0);
-        for (int i = 0; i < ERRORS; i++) {
-            if (i >= VELOCITY_ERROR && i < SPIN_ERROR) continue;
-            const double factor = step.rows[j][i];
-            for (int k = 0; k < ERRORS; k++) row[k] += factor * X[i][k];
-        }
-        for (int k = 0; k < ERRORS; k++) Y[VELOCITY_ERROR + j][k] = row[k];
+        Twelve row = X[VELOCITY_ERROR + j];
+        if (noisy) row = row + step.noise[j];
+        for (int i = 0; i < VELOCITY_ERROR; i++) row = row + step.change[j][i] * X[i];
+        for (int i = SPIN_ERROR; i < ERRORS; i++) row = row + step.change[j][i] * X[i];
+        Y[VELOCITY_ERROR + j] = row;
     }
+    Twelve turns[3];
     for (int j = 0; j < 3; j++) {
-        const double along[3] = {0.5 * h * axes[j].x, 0.5 * h * axes[j].y, 0.5 * h * axes[j].z};
-        for (int k = 0; k < ERRORS; k++) {
-            Y[j][k] = X[j][k] + 0.5 * h * (X[VELOCITY_ERROR + j][k] + Y[VELOCITY_ERROR + j][k]);
-            double turned = X[TURN_ERROR + j][k];
-            for (int i = 0; i < 3; i++) turned += along[i] * (X[SPIN_ERROR + i][k] + Y[SPIN_ERROR + i][k]);
-            Y[TURN_ERROR + j][k] = turned;
-        }
+        Y[j] = X[j] + 0.5 * h * (X[VELOCITY_ERROR + j] + Y[VELOCITY_ERROR + j]);
+        turns[j] = 0.5 * h * (X[SPIN_ERROR + j] + Y[SPIN_ERROR + j]);
     }
+    for (int j = 0; j < 3; j++)
+        Y[TURN_ERROR + j] = X[TURN_ERROR + j] + axes[j].x * turns[0] + axes[j].y * turns[1] + axes[j].z * turns[2];
+}
+
+// Write the predicted covariance (12, 12).
+inline void predict_covariance(const ErrorMotion& step, const Vector<double>* axes, double h, const double* covariance,
+                               double* predicted) {
+    Twelve X[ERRORS], Y[ERRORS];
+    for (int j = 0; j < ERRORS; j++) X[j] = twelve(covariance + ERRORS * j);
+    transition<false>(X, step, axes, h, Y);
+    double rows[ERRORS][ERRORS], columns[ERRORS][ERRORS];
+    for (int j = 0; j < ERRORS; j++) store(Y[j], rows[j]);
+    for (int j = 0; j < ERRORS; j++)
+        for (int k = 0; k < ERRORS; k++) columns[j][k] = rows[k][j];
+    for (int j = 0; j < ERRORS; j++) X[j] = twelve(columns[j]);
+    transition<true>(X, step, axes, h, Y);
+    for (int j = 0; j < ERRORS; j++) store(Y[j], predicted + ERRORS * j);
+    for (int j = 0; j < ERRORS; j++)
+        for (int k = 0; k < j; k++) predicted[ERRORS * j + k] = predicted[ERRORS * k + j];
 }
 
 // Advance state (13) and covariance (12, 12) by a control period under these tensions (m), N, which are overwritten:
@@ -278,21 +301,15 @@ inline void predict(const FilteredPlatform& p, const double* before, const doubl
     ErrorMotion step;
     write_error_motion(p, driven, axes, now, step);
     double* const a = now.acceleration;
-    double later[6];  // the angular velocity is that of the middle, too
+    double later[6];  // with the angular velocity of the middle, too
     for (int j = 0; j < 6; j++)
-        later[j] = a[j] + 0.5 * sum(0.0, 0, 3, [&](int64_t k) { return step.rows[j][SPIN_ERROR + k] * a[3 + k]; });
+        later[j] = a[j] + 0.5 * sum(0.0, 0, 3, [&](int64_t k) { return step.change[j][SPIN_ERROR + k] * a[3 + k]; });
     const Vector<double> linear = vector(later), angular = vector(later + 3);
     store(vector(before) + h * velocity + 0.5 * h * h * linear, after);
     store(multiply(exponential(h * spin + 0.5 * h * h * angular), quaternion(before + 3)), after + 3);
     store(velocity + h * linear, after + 7);
     store(spin + h * angular, after + 10);
-    double X[ERRORS][ERRORS], Y[ERRORS][ERRORS];
-    transition<false>(reinterpret_cast<const double (*)[ERRORS]>(covariance), step, axes, h, Y);
-    for (int j = 0; j < ERRORS; j++)
-        for (int k = 0; k < ERRORS; k++) X[j][k] = Y[k][j];
-    transition<true>(X, step, axes, h, Y);
-    for (int j = 0; j < ERRORS; j++)
-        for (int k = 0; k < ERRORS; k++) predicted[ERRORS * j + k] = j < k ? Y[j][k] : Y[k][j];
+    predict_covariance(step, axes, h, covariance, predicted);
 }
 
 }  // namespace cdpr::CDPR_TARGET

@@ -26,21 +26,21 @@ struct Correction {
     // Use a scalar measurement: `innovation` = row . error + noise, with a row that is 0 outside of [begin, end). The
     // covariance is reduced by a product of a vector with itself, which keeps it symmetric to the bit.
     inline void use(const double* row, int begin, int end, double innovation, double deviation) {
-        double gain[ERRORS] = {}, variance = deviation * deviation;
+        Twelve gain = row[begin] * twelve(covariance + ERRORS * begin);
+        for (int j = begin + 1; j < end; j++) gain = gain + row[j] * twelve(covariance + ERRORS * j);
+        double variance = deviation * deviation, factors[ERRORS];
+        store(gain, factors);
         for (int j = begin; j < end; j++) {
-            const double factor = row[j];
-            for (int k = 0; k < ERRORS; k++) gain[k] += factor * covariance[ERRORS * j + k];
-            innovation -= factor * error[j];
+            innovation -= row[j] * error[j];
+            variance += row[j] * factors[j];
         }
-        for (int j = begin; j < end; j++) variance += row[j] * gain[j];
-        const double scaled = innovation / variance, root = 1.0 / square_root(variance);
+        const double precision = 1.0 / variance, scaled = innovation * precision;
         square += innovation * scaled;
         count++;
-        for (int k = 0; k < ERRORS; k++) error[k] += scaled * gain[k];
-        for (int k = 0; k < ERRORS; k++) gain[k] *= root;
+        store(twelve(error) + scaled * gain, error);
         for (int j = 0; j < ERRORS; j++) {
-            const double factor = gain[j];
-            for (int k = 0; k < ERRORS; k++) covariance[ERRORS * j + k] -= factor * gain[k];
+            double* const own = covariance + ERRORS * j;
+            store(twelve(own) - precision * (factors[j] * gain), own);
         }
     }
 
