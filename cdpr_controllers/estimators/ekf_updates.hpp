@@ -74,8 +74,15 @@ struct Correction {
     }
 };
 
+// Return the tension, N, that stretches a cable: its command without the friction of its winch, which moves with it.
+inline double stretching_tension(const FilteredPlatform& p, ChainRow<double> chain, double tension, int64_t i) {
+    const double own[MOST_STATES] = {};
+    if (!p.driven || p.noisy) return tension;
+    return chain.held(own, tension, p.length[i], p.rate[i], 0.0).tension;
+}
+
 // Use measured unwound lengths: those of the cables, of cables that stretch the unstretched lengths at rest with these
-// tensions, N, which change in proportion. `stretched`: 0 at the start, where encoders measure the lengths.
+// tensions, N, which change in proportion. `stretched`: false at the start, where encoders measure the lengths.
 inline void use_encoders(const FilteredPlatform& p, const double* state, const double* tension, bool stretched,
                          const double* measured, const double* deviation, Correction& sum) {
     const int64_t m = p.m;
@@ -89,7 +96,7 @@ inline void use_encoders(const FilteredPlatform& p, const double* state, const d
         if (stretched && chain.stretches()) {
             const Line<double> cable = line(p.lines, p.w, i, vector(state), q);
             const BentSpan<double> span = cable.span(cable.lead(), chain.span(), vector(p.gravity));
-            unwound = unwound_length(chain, span, p.length[i], tension[i]);
+            unwound = unwound_length(chain, span, p.length[i], stretching_tension(p, chain, tension[i], i));
         }
         const double share = -unwound / p.length[i];  // motion along the pull shortens a cable
         const Vector<double> u = {p.matrix[i], p.matrix[m + i], p.matrix[2 * m + i]};
