@@ -11,6 +11,7 @@ from cdpr.base.fields import MAX_MAGNITUDE
 from cdpr.fmu.read.options import FMU, FmuFile
 from cdpr.link.options import REMOTE, PeerOptions
 from cdpr.plugins import FileName, PluginInfo, PluginOptions, hookimpl
+from cdpr_controllers.estimators import cdpr_estimators as cdpr_estimators  # a hook of this module, too
 
 Gain = Annotated[float, Field(ge=0.0, le=MAX_MAGNITUDE)]
 Gains = Gain | Annotated[tuple[Gain, Gain, Gain, Gain, Gain, Gain], Field(strict=False)]

@@ -284,10 +284,42 @@ STEPPERS: tuple[Column, ...] = (
         "Full steps that a stepper has lost, positive if its cable was paid out; NaN for other winches",
     ),
 )
+# Estimate of the state, which controller and tension stage use; the first four are contiguous.
+ESTIMATED: tuple[Column, ...] = (
+    Column("estimated_position", 3, "m", "Estimated platform origin", WORLD),
+    Column("estimated_orientation", 4, "", "Estimated attitude quaternion w, x, y, z", WORLD),
+    Column("estimated_velocity", 3, "m/s", "Estimated velocity of the origin", WORLD),
+    Column("estimated_angular_velocity", 3, "rad/s", "Estimated angular velocity", WORLD),
+)
+UNCERTAINTY: tuple[Column, ...] = (
+    Column(
+        "estimate_sigma",
+        12,
+        "",
+        "Standard deviations of the errors of the estimate, as the estimator computes them: position, m, attitude as "
+        "rotation vector in platform axes, rad, velocity, m/s, angular velocity, rad/s; 0 in held directions",
+    ),
+    Column(
+        "nees",
+        1,
+        "",
+        "Normalised estimation error squared, e^T P^-1 e, of the error e of the estimate with its covariance P",
+    ),
+)
+INNOVATION: tuple[Column, ...] = (
+    Column(
+        "nis",
+        1,
+        "",
+        "Normalised innovation squared, v^T S^-1 v, of the differences v between the measurements that arrived and "
+        "those predicted, with the covariance S; NaN if none arrived",
+    ),
+    Column("nis_size", 1, "", "Number of values in `nis`"),
+)
 # Columns that are NaN for cables without limits, and infinite without a limit on one side, such as after a power cut. A
 # non-finite value in any other column ends a run as diverged.
 NEED_NOT_BE_FINITE = frozenset(
-    {"margin", "true_margin", *(column.name for column in (*MOTORS, *ELECTRICAL, *STEPPERS))}
+    {"margin", "true_margin", "nis", "nees", *(column.name for column in (*MOTORS, *ELECTRICAL, *STEPPERS))}
 )
 # Additional columns of this version; a new column is a line here. Its values are NaN until written.
 LATER: tuple[Column, ...] = ()
@@ -322,8 +354,13 @@ GROUPS: dict[str, ColumnGroup] = {
     "unstretched": ColumnGroup(UNSTRETCHED, "a cable sags, or a winch takes a length or a rate"),
     "sagging": ColumnGroup(SAGGING, "a cable sags (`cable.model: catenary`)"),
     "later": ColumnGroup(LATER, ""),
-    "perceived": ColumnGroup(NOMINAL_COLUMNS, "the scenario contains `believed`, or sensors of pose and twist"),
+    "perceived": ColumnGroup(
+        NOMINAL_COLUMNS, "the scenario contains `believed`, an estimator, or sensors of pose and twist"
+    ),
     "driven": ColumnGroup(DRIVEN, "the scenario contains `drives`"),
+    "estimated": ColumnGroup(ESTIMATED, "the scenario contains an `estimator`"),
+    "uncertainty": ColumnGroup(UNCERTAINTY, "the scenario contains an `estimator` with a covariance"),
+    "innovation": ColumnGroup(INNOVATION, "the scenario contains an `estimator` that compares with its predictions"),
     "loaded": ColumnGroup(LOADED, "the scenario contains an event that changes the mass"),
 }
 

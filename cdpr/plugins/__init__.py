@@ -1,4 +1,4 @@
-"""API for plugin authors: the hook marker, PluginInfo, and the interfaces of backends, controllers, solvers and estimators.
+"""API for plugin authors: the hook marker, PluginInfo, and the interfaces of all roles.
 
 A plugin package declares an entry point in the group `cdpr` that names a light module. That module implements one or
 more of the hooks `cdpr_backends`, `cdpr_controllers`, `cdpr_solvers`, `cdpr_estimators`, each returning `PluginInfo`

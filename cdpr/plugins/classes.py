@@ -92,7 +92,8 @@ def classes_of(file: PluginFile) -> tuple[type, ...]:
         own = [f"; {_lacks(item)}" for item in abstract if item.__module__ == name and _roles(item)]
         raise PluginError(
             f"{file.path}: contains no class that derives from cdpr.plugins.Controller, TensionSolver, "
-            f"Estimator or Backend{''.join(own)}, and adds no part to the loop (LOOP_PARTS of cdpr.simulation.loop_parts)"
+            f"Estimator or Backend{''.join(own)}, and adds no part to the loop (LOOP_PARTS of "
+            "cdpr.simulation.loop_parts)"
         )
     return found
 

@@ -26,7 +26,7 @@ from cdpr.scenario.run_checks import RunChecks
 from cdpr.scenario.schema import ScenarioSection
 
 # Sections that do not affect the motion and its checks.
-BESIDES = {"controller", "solver", "backend_options"}
+BESIDES = {"controller", "solver", "estimator", "backend_options"}
 # Sections that determine the options of backends.
 BACKENDS = {"simulation", "backend_options"}
 
@@ -43,6 +43,7 @@ class Checked:
         events: events with their files loaded.
         controller_options: options of the controller, an instance of its plugin's model.
         solver_options: the same for the tension solver.
+        estimator_options: the same for the estimator; None without one.
         backend_options: the same for backends, by name.
         nominal: section of the nominal robot; None if it equals the robot.
         twin: document of the nominal robot; None likewise.
@@ -56,6 +57,7 @@ class Checked:
     events: list[ScenarioEvent]
     controller_options: BaseModel
     solver_options: BaseModel
+    estimator_options: BaseModel | None
     backend_options: Mapping[str, BaseModel]
     nominal: RobotSection | None
     twin: Document | None
@@ -92,6 +94,10 @@ def check(document: Document, plugins: Registry, problems: Problems, before: Che
     controller_options = controller_options or reader.of_section("controller", options.get("controller", {}))
     solver_options = before.solver_options if before and "solver" in known else None
     solver_options = solver_options or reader.of_section("solver", options.get("solver", {}))
+    estimator_options = None
+    if document.data.get("estimator") is not None:
+        estimator_options = before.estimator_options if before and "estimator" in known else None
+        estimator_options = estimator_options or reader.of_section("estimator", options.get("estimator", {}))
     backend_options = before.backend_options if before and known >= BACKENDS else reader.of_backends()
     in_force = None
     if sections is not None and controller_options is not None and solver_options is not None:
@@ -110,6 +116,7 @@ def check(document: Document, plugins: Registry, problems: Problems, before: Che
         events=events,
         controller_options=controller_options,
         solver_options=solver_options,
+        estimator_options=estimator_options,
         backend_options=backend_options,
         nominal=nominal_section,
         twin=twin,

@@ -5,18 +5,19 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from cdpr.base.defaults import CONTROLLER, SOLVER
+from cdpr.base.defaults import CONTROLLER, ESTIMATOR, SOLVER
 from cdpr.base.problems import Mark, shown
 from cdpr.config.overrides import Change, brief, marked_changes
 from cdpr.config.problems import Problems
-from cdpr.scenario.schema import ControllerSection, SolverSection
+from cdpr.scenario.schema import ControllerSection, EstimatorSection, SolverSection
 
 # Keys of these sections that do not belong to the plugin selected by `type`.
 CORE_KEYS: dict[str, tuple[str, ...]] = {
     "controller": tuple(ControllerSection.model_fields),
     "solver": tuple(SolverSection.model_fields),
+    "estimator": tuple(EstimatorSection.model_fields),
 }
-DEFAULT_TYPE = {"controller": CONTROLLER, "solver": SOLVER}
+DEFAULT_TYPE = {"controller": CONTROLLER, "solver": SOLVER, "estimator": ESTIMATOR}
 CHOICES = {"backend": "simulation.backend", "solver": "solver.type", "controller": "controller.type"}
 
 

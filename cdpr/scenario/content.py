@@ -27,7 +27,7 @@ from cdpr.scenario.event_checks import EventChecks
 from cdpr.scenario.events import ScenarioEvent, redirected
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions import Motion
-from cdpr.scenario.schema import ControllerSection, ScenarioSection, Simulation, SolverSection, World
+from cdpr.scenario.schema import ControllerSection, EstimatorSection, ScenarioSection, Simulation, SolverSection, World
 from cdpr.trajectory import Trajectory, of_tool
 
 
@@ -74,6 +74,11 @@ class Content:
     def solver_options(self) -> BaseModel:
         """Options of the tension solver, an instance of its plugin's model."""
         return self._checked.solver_options
+
+    @property
+    def estimator_options(self) -> BaseModel | None:
+        """Options of the estimator, an instance of its plugin's model; None without an estimator."""
+        return self._checked.estimator_options
 
     @property
     def _document(self) -> Document:
@@ -173,6 +178,11 @@ class Content:
     def solver(self) -> SolverSection:
         """Type of the tension solver, and its reaction to infeasible wrenches."""
         return self.sections.solver
+
+    @property
+    def estimator(self) -> EstimatorSection | None:
+        """Type of the estimator; None without one."""
+        return self.sections.estimator
 
     @property
     def events(self) -> tuple[ScenarioEvent, ...]:

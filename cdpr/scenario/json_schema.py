@@ -45,6 +45,7 @@ def scenario_schema(plugins: Registry | None = None) -> Schema:
     sections_of_plugins: tuple[tuple[Role, str], ...] = (
         ("controller", "ControllerSection"),
         ("solver", "SolverSection"),
+        ("estimator", "EstimatorSection"),
     )
     for role, definition in sections_of_plugins:
         definitions[definition] = _plugin_section(role, definitions[definition], plugins, definitions)

@@ -58,7 +58,7 @@ def _paths(data: dict[str, Any], plugins: Registry) -> Iterator[Path]:
     obstacles = _at(data, ("world", "obstacles"))
     yield from (("world", "obstacles", i, "mesh") for i in range(len(obstacles) if isinstance(obstacles, list) else 0))
     yield from (("actuators", key) for key in _named(Actuators))
-    roles: tuple[Role, ...] = ("controller", "solver")
+    roles: tuple[Role, ...] = ("controller", "solver", "estimator")
     for role in roles:
         name = _at(data, (role, "type")) or DEFAULT_TYPE[role]
         yield from ((role, key) for key in _of_plugin(plugins, role, name))

@@ -40,7 +40,7 @@ class Replacement:
     def __init__(self, document: Document, plugins: Registry) -> None:
         self._document = document
         self._plugins = plugins
-        roles: tuple[Role, ...] = ("controller", "solver")
+        roles: tuple[Role, ...] = ("controller", "solver", "estimator")
         self._before = [self._given_options(role) for role in roles]
 
     def _given_options(self, role: Role) -> _Before:

@@ -59,12 +59,11 @@ class OptionsReader:
         return found + [path for path in self._option_paths() if path[-1] == key and path not in found]
 
     def _option_paths(self) -> list[Path]:
-        """Return the paths of all options of the selected controller, solver and backend."""
+        """Return the paths of all options of the selected plugins."""
         backend = self.document.get(("simulation", "backend")) or Simulation.model_fields["backend"].default
-        controller, solver = (self.document.get((role, "type")) or name for role, name in DEFAULT_TYPE.items())
+        roles: tuple[Role, ...] = ("controller", "solver", "estimator")
         selected: list[tuple[Role, object, Path]] = [
-            ("controller", controller, ("controller",)),
-            ("solver", solver, ("solver",)),
+            *((role, self.document.get((role, "type")) or DEFAULT_TYPE[role], (role,)) for role in roles),
             ("backend", backend, ("backend_options", str(backend))),
         ]
         paths: list[Path] = []

@@ -17,7 +17,14 @@ from cdpr.scenario.schema import ScenarioSection
 def to_dict(sections: ScenarioSection, checked: Checked) -> dict[str, Any]:
     """Return completed sections and the plugins' options as plain data, in the order of the schema."""
     data = sections.model_dump(mode="json", by_alias=True, exclude_none=True, exclude={"backend_options"})
-    for section, options in (("controller", checked.controller_options), ("solver", checked.solver_options)):
+    given_options = {
+        "controller": checked.controller_options,
+        "solver": checked.solver_options,
+        "estimator": checked.estimator_options,
+    }
+    for section, options in given_options.items():
+        if options is None:
+            continue
         core = data[section]  # core keys come first and take precedence over plugin keys of the same name
         data[section] = {**core, **options.model_dump(mode="json", by_alias=True), **core}
     given = {
@@ -44,6 +51,7 @@ def plain_in(folder: str, sections: ScenarioSection, checked: Checked) -> dict[s
     given = {
         "controller": checked.controller_options,
         "solver": checked.solver_options,
+        "estimator": checked.estimator_options,
         "actuators": sections.actuators,
     }
     for name, options in given.items():

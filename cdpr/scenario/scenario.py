@@ -248,6 +248,7 @@ def _build(checked: Checked, before: Scenario | None) -> Scenario:
     completed = {
         "controller": sections.controller.with_options(options.get("controller", {})),
         "solver": sections.solver.with_options(options.get("solver", {})),
+        "estimator": sections.estimator and sections.estimator.with_options(options.get("estimator", {})),
         "backend_options": document.data.get("backend_options") or {},
         "robot": robot,
         "believed": section,

@@ -8,9 +8,9 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import AfterValidator, Field, PrivateAttr
 
-from cdpr.base.defaults import BACKEND, CONTROLLER, SOLVER
-from cdpr.base.fields import HOME, Name, Positive, Section, Vector3, tab, unit
-from cdpr.base.needs import EVERYWHERE, UNCONCERNED, Needs, left_out, no, of_control, of_run
+from cdpr.base.defaults import BACKEND, CONTROLLER, ESTIMATOR, SOLVER
+from cdpr.base.fields import HOME, Name, Position, Positive, Section, Vector3, tab, unit
+from cdpr.base.needs import EVERYWHERE, UNCONCERNED, Needs, left_out, no, of_control, of_run, of_sensor
 from cdpr.scenario.actuator_schema import Actuators
 from cdpr.scenario.appearance import ObstacleSection
 from cdpr.scenario.drives_schema import Drives
@@ -18,6 +18,7 @@ from cdpr.scenario.events import MAX_EVENTS, AnyEvent
 from cdpr.scenario.initial import Initial
 from cdpr.scenario.motions import AnyMotion
 from cdpr.scenario.motions.hold import Hold
+from cdpr.scenario.orientation import Orientation
 from cdpr.scenario.robot_schema import DofName, RobotSection, in_order
 from cdpr.sensing import MAX_SENSORS, AnySensor
 
@@ -148,6 +149,28 @@ class SolverSection(PluginSection):
     )
 
 
+class EstimatorStart(Section):
+    """Pose at time 0 that an estimator assumes."""
+
+    needs: ClassVar[Needs] = of_sensor()
+
+    position: Position | None = Field(
+        None, description="position of the platform's origin; default: the true one", json_schema_extra=unit("m")
+    )
+    orientation: Orientation | None = Field(None, description="attitude; default: the true one")
+
+
+class EstimatorSection(PluginSection):
+    """Estimator of the state; its options are next to these keys and validated by the plugin's model."""
+
+    needs: ClassVar[Needs] = of_sensor()
+
+    type: str = Field(ESTIMATOR, description="estimator, any installed one; its options are keys of this section")
+    start: EstimatorStart | None = Field(
+        None, description="pose at time 0 from which the estimate begins; default: the true one"
+    )
+
+
 TRUE_ROBOT = no("an exported controller supports only the true robot")
 OWN_WINCHES = no("an exported controller supports only the robot's own winches")
 NO_ACTUATORS = left_out("the exported plant takes tensions, not commands of winches")
@@ -239,6 +262,12 @@ class ScenarioSection(Section):
         max_length=MAX_SENSORS,
         description="sensors, of which the controller uses the first that measures a pose, a twist and the cables' "
         "lengths; default: it uses the true state",
+        json_schema_extra=tab("control", 1),
+    )
+    estimator: EstimatorSection | None = Field(
+        None,
+        description="estimator of the state that controller and tension solver use, from the sensors; default: `none`, "
+        "the measured pose and twist, or the true state without such sensors",
         json_schema_extra=tab("control", 1),
     )
     events: list[AnyEvent] = Field(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from cdpr.base.columns import known_columns
+from cdpr.base.defaults import ESTIMATOR
 from cdpr.base.problems import Path
 from cdpr.scenario.checks import Checks
 from cdpr.sensing import SENSORS, Sensor
@@ -46,7 +47,8 @@ class SensorChecks(Checks):
             self._biases(i, sensor, cables)
             self._name(i, sensor, columns)
             self._size(i, sensor, cables, control_step)
-        for one, other in ("pose", "twist"), ("twist", "pose"):
+        estimator = self.document.get(("estimator", "type"))
+        for one, other in (("pose", "twist"), ("twist", "pose")) if estimator in (None, ESTIMATOR) else ():
             if one in used and other not in used:
                 text = f"the controller uses this {one}, and needs a {other}, too: add a sensor of the type {other}"
                 self.add_problem(("sensors", used[one]), text)

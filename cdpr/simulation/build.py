@@ -31,6 +31,7 @@ from cdpr.scenario.needs import lacking, missing
 from cdpr.simulation.attached_checks import check_known_mass, out_of_range
 from cdpr.simulation.columns import chosen_plugins, columns_of
 from cdpr.simulation.controller_calls import period_of
+from cdpr.simulation.estimation import check_estimator
 from cdpr.simulation.loop_part import LoopPart
 from cdpr.simulation.loop_parts import loop_parts
 from cdpr.simulation.moving_anchors import moving_part
@@ -156,7 +157,7 @@ class _Checks:
         scenario = self._scenario
         trajectory = self._try(("events",) if scenario.events else ("trajectory",), lambda: scenario.desired)
         chosen = chosen_plugins(scenario)
-        usable = {role: self._try(path, partial(self._usable, chosen[role])) for role, path in _TYPES.items()}
+        usable = {role: self._try(_TYPES[role], partial(self._usable, entry)) for role, entry in chosen.items()}
         columns = self._try((), lambda: columns_of(scenario))
         if columns is not None:
             self._try((), lambda: works_of(scenario))
@@ -172,6 +173,8 @@ class _Checks:
             self._try(("actuators",), lambda: self._actuators(chosen["backend"]))
         nominal = scenario.nominal
         controlled = scenario.controlled_robot if nominal is None else replace(nominal, dof=scenario.controlled_dof)
+        if scenario.estimator is not None and usable["estimator"]:
+            self._try(("estimator",), lambda: check_estimator(scenario))
         solver = (
             self._try(("solver",), lambda: self._solver(chosen["solver"], controlled)) if usable["solver"] else None
         )
@@ -255,6 +258,7 @@ _TYPES: dict[Role, Path] = {
     "solver": ("solver", "type"),
     "controller": ("controller", "type"),
     "backend": ("simulation", "backend"),
+    "estimator": ("estimator", "type"),
 }
 
 

@@ -46,11 +46,14 @@ def chosen_plugins(scenario: Scenario) -> dict[Role, Registered]:
         PluginError: if one is unknown.
     """
     found = scenario.plugins
-    return {
+    chosen: dict[Role, Registered] = {
         "solver": found.get("solver", scenario.solver.type),
         "controller": found.get("controller", scenario.controller.type),
         "backend": found.get("backend", scenario.simulation.backend),
     }
+    if scenario.estimator is not None:
+        chosen["estimator"] = found.get("estimator", scenario.estimator.type)
+    return chosen
 
 
 def columns_of(scenario: Scenario) -> tuple[Column, ...]:

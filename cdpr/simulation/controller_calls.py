@@ -56,23 +56,24 @@ class ControllerCalls(SnapshotOfArrays):
         cables: limits of the cables.
         locked: (m,), True for cables that the distribution has locked, live.
         now: (1,), time of the present sample, s, live.
+        sent: (m,), N, receives the tensions as sent, if the controller or a part of the loop reads them.
 
     Attributes:
         period: number of control steps.
-        arrays: state; () for controllers that are called in each control step, without further inputs.
+        arrays: state; () for controllers that are called in each control step, if nothing reads the sent tensions.
     """
 
-    def __init__(self, parts: Parts, cables: Cables, locked: NDArray[np.bool_], now: Array) -> None:
+    def __init__(self, parts: Parts, cables: Cables, locked: NDArray[np.bool_], now: Array, sent: Array) -> None:
         controller, self._now = parts.controller, now
         self._control, self._step = controller.control, parts.control_step
         self.period = period_of(controller)
         self.follow(parts.trajectory, parts.planned, parts.events)
         self._held = np.full(6 if parts.output == "wrench" else parts.robot.m, np.nan)
         self._called = np.zeros(1)  # 0 before the first call
-        self._sent = np.zeros(parts.robot.m)
-        self._observes = observes(controller)
-        self.arrays = (self._held, self._called, self._sent) if self._observes or self.period > 1 else ()
-        if self._observes:
+        self._sent = sent
+        self._records = observes(controller) or any(part.reads_commands for part in parts.more)
+        self.arrays = (self._held, self._called, self._sent) if self._records or self.period > 1 else ()
+        if observes(controller):
             known = locked.view()
             known.flags.writeable = False
             limits, sent = read_only(cables.limits), read_only(self._sent)
@@ -105,8 +106,8 @@ class ControllerCalls(SnapshotOfArrays):
         out[:] = self._held
 
     def record(self, stage: TensionStage | CommandStage) -> None:
-        """Let a stage store the tensions as sent, before faults act on them, if the controller observes them."""
-        if self._observes:
+        """Let a stage store the tensions as sent, before faults act on them, if something reads them."""
+        if self._records:
             sent = bind("copy", source=stage.live.tension, target=self._sent)
             stage.operations.append(Operation("distribution", sent))
 

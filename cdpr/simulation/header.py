@@ -15,7 +15,7 @@ from cdpr.log.header import Header
 from cdpr.mechanics.reach import bounds_of
 from cdpr.model import rotations
 from cdpr.native.operations import kernels_version
-from cdpr.plugins.registry import Registry
+from cdpr.plugins.registry import Registry, Role
 from cdpr.scenario import Scenario
 from cdpr.scenario.events import broken
 from cdpr.scenario.events.limit_changes import limit_changes
@@ -107,9 +107,10 @@ def _path(wanted: Trajectory, end: float, tolerance: float, arm: tuple[float, ..
     return tuple(tuple(point) for point in path.round(6).tolist())  # micrometres
 
 
-def plugins_of(scenario: Scenario) -> tuple[str, str, str]:
-    """Return the names of backend, controller and solver."""
-    return scenario.simulation.backend, scenario.controller.type, scenario.solver.type
+def plugins_of(scenario: Scenario) -> tuple[str, ...]:
+    """Return the names of backend, controller, solver and, if there is one, estimator."""
+    estimator = () if scenario.estimator is None else (scenario.estimator.type,)
+    return scenario.simulation.backend, scenario.controller.type, scenario.solver.type, *estimator
 
 
 @lru_cache
@@ -118,20 +119,17 @@ def _version(name: str) -> str:
     return version(name)
 
 
-def versions_of(found: Registry, plugins: tuple[str, str, str]) -> dict[str, str]:
-    """Return the versions of cdpr, Python, our libraries and the requirements of these plugins.
+def versions_of(found: Registry, plugins: tuple[str, ...]) -> dict[str, str]:
+    """Return the versions of cdpr, Python, our libraries and the requirements of these plugins, see `plugins_of`.
 
     Raises:
         PluginError: if a plugin is unknown or its requirements are not installed.
     """
-    backend, controller, solver = plugins
     versions = {"cdpr": VERSION, "kernels": kernels_version(), "python": platform.python_version()}
     names = set(LIBRARIES)
-    for entry in (
-        found.get("backend", backend),
-        found.get("controller", controller),
-        found.get("solver", solver),
-    ):
+    roles: tuple[Role, ...] = ("backend", "controller", "solver", "estimator")
+    for role, plugin in zip(roles, plugins, strict=False):
+        entry = found.get(role, plugin)
         if entry.missing:
             entry.load()  # raises the remedy for a missing requirement before anything is written
         names |= set(entry.info.requires)

@@ -75,8 +75,8 @@ class Loop:
         # The controller cannot change its inputs.
         self.given_state, self.given_desired = read_only(present.seen), read_only(self.desired)
         self.sample = parts.trajectory.sampler(self.desired)
-        locked = np.zeros(parts.robot.m, dtype=bool)
-        self.calls = ControllerCalls(parts, present.cables, locked, present.view("time"))
+        locked = present.locked
+        self.calls = ControllerCalls(parts, present.cables, locked, present.view("time"), present.sent)
         self.winding = Winding(parts, present)
         self.stage = self.stage_of(parts.output)
         self.out = self.written(self.stage)

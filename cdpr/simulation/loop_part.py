@@ -7,6 +7,9 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from cdpr.base.columns import Column
 from cdpr.base.errors import PluginError
 from cdpr.base.needs import Needs, of_loop_part, of_moving_anchors
@@ -36,6 +39,10 @@ class Surroundings:
             `writes`; it equals `state` until a part writes it, in each sample.
         seen_cables: (2, m), lengths, m, and rates, m/s, that the controller measures; likewise, with the true values.
         imposed: (m,), N, tensions that events impose on cables, such as a break; NaN for none. Read-only.
+        sent: (m,), N, tensions as sent in the previous control step, before faults act on them, if a part sets
+            `reads_commands`; 0 before the first one. Read-only.
+        limits: (2, m), N, lowest and highest tensions that the tension distribution knows. Read-only.
+        locked: (m,), True for cables that it knows to be broken or jammed. Read-only.
     """
 
     robot: Robot
@@ -48,6 +55,9 @@ class Surroundings:
     seen: Array
     seen_cables: Array
     imposed: Array
+    sent: Array
+    limits: Array
+    locked: NDArray[np.bool_]
 
 
 class LoopPart:
@@ -61,6 +71,7 @@ class LoopPart:
         columns: columns that it adds to a row: those of a group in `cdpr.base.columns.GROUPS`, for the documentation.
         arrays: its memory besides the streams, live.
         writes: "seen" or "seen_cables" or both, if operations of `observed` write these arrays of `Surroundings`.
+        reads_commands: True if it uses `sent` of `Surroundings`.
         works: sources of work on the platform that it adds, each with its column of the work since the first sample, J;
             "" if the work is unknown.
         moves_anchors: True if `anchor_motion` moves the anchors on the frame; at most one part of a loop. Its section
@@ -90,6 +101,7 @@ class LoopPart:
     columns: tuple[Column, ...] = ()
     arrays: tuple[Array, ...] = ()
     writes: frozenset[str] = frozenset()
+    reads_commands: bool = False
     works: Mapping[str, str] = MappingProxyType({})
     moves_anchors: bool = False
     needs: Needs = of_loop_part()
@@ -141,6 +153,11 @@ class LoopPart:
         return (of_moving_anchors(), self.needs) if self.moves_anchors else (self.needs,)
 
     @property
+    def in_arrays(self) -> bool:
+        """Return True if `saved_arrays` contain its whole memory."""
+        return type(self).snapshot is LoopPart.snapshot
+
+    @property
     def saved_arrays(self) -> tuple[Array, ...]:
         """Return `arrays`, and the states of the streams."""
         return (*self.arrays, *(stream.state for stream in self.streams))
@@ -167,6 +184,9 @@ class LoopPart:
     def describe(self) -> dict[str, Any]:
         """Return metadata for `run.json`; {} for none."""
         return {}
+
+    def close(self) -> None:
+        """Release resources; may be called again."""
 
 
 def writes(parts: Iterable[LoopPart], name: str) -> bool:

@@ -11,11 +11,12 @@ from cdpr.base.errors import CdprError
 from cdpr.plugins.info import Role
 from cdpr.scenario import Scenario
 from cdpr.simulation.drives import drives_of
+from cdpr.simulation.estimation import estimation_of
 from cdpr.simulation.loop_part import LoopPart
 from cdpr.simulation.sensors import sensors_of
 
 # Each entry returns its part for a scenario, or None if the scenario has none. Operations run in this order.
-LOOP_PARTS: list[Callable[[Scenario], LoopPart | None]] = [drives_of, sensors_of]
+LOOP_PARTS: list[Callable[[Scenario], LoopPart | None]] = [drives_of, sensors_of, estimation_of]
 
 
 def loop_parts(scenario: Scenario) -> tuple[LoopPart, ...]:

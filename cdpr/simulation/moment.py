@@ -9,7 +9,6 @@ from cdpr.model.robot import Array
 from cdpr.plugins import TensionSolver
 from cdpr.plugins.snapshots import Saved, SnapshotOfArrays, put_back, save
 from cdpr.simulation.controller_calls import ControllerCalls
-from cdpr.simulation.loop_part import LoopPart
 from cdpr.simulation.parts import Parts
 from cdpr.simulation.sample import Sample
 from cdpr.simulation.schedule import Schedule
@@ -94,7 +93,7 @@ class Memory:
         if not (plain and isinstance(backend, SnapshotOfArrays) and isinstance(controller, SnapshotOfArrays)):
             return None
         more = self._parts.more
-        if not all(type(part).snapshot is LoopPart.snapshot for part in more):
+        if not all(part.in_arrays for part in more):
             return None
         members = (backend, controller, self._stage, self._calls)
         several = [*self._live, backend.state, *(array for member in members for array in member.arrays)]

@@ -40,6 +40,7 @@ from cdpr.scenario import Scenario
 from cdpr.scenario.events import broken, guarding, redirected, redirecting
 from cdpr.scenario.events.limit_changes import limit_changes
 from cdpr.simulation.build import build
+from cdpr.simulation.columns import chosen_plugins
 from cdpr.simulation.events import contact_events, limit_events, marks, scheduled_events, start_events, tension_events
 from cdpr.simulation.loop import Loop
 from cdpr.simulation.loop_part import LoopPart
@@ -286,8 +287,7 @@ class Runner:
         try:
             if about := part.describe():
                 self._plugins[name] = about
-            if not isinstance(part, LoopPart):
-                part.close()
+            part.close()
         except KeyboardInterrupt:
             raise
         except BaseException as foreign:
@@ -320,13 +320,7 @@ class Runner:
 
 def _origin(error: BaseException, scenario: Scenario) -> str:
     """Return function, file and line where foreign code raised, preferably in the file of a chosen plugin."""
-    found = scenario.plugins
-    chosen = [
-        found.get("backend", scenario.simulation.backend),
-        found.get("controller", scenario.controller.type),
-        found.get("solver", scenario.solver.type),
-    ]
-    trace = innermost(error, [entry.file for entry in chosen]) or innermost(error)
+    trace = innermost(error, [entry.file for entry in chosen_plugins(scenario).values()]) or innermost(error)
     if trace is None:
         return "unknown code"
     code = trace.tb_frame.f_code

@@ -48,6 +48,8 @@ class Sample:
         seen_cables: (2, m), cable lengths, m, and rates, m/s, that the controller measures; likewise views of `row`.
         drive: (m,), commands of the plant; the tensions, if no winch takes a length or a rate and drives are ideal.
         issued: (m,), m, unwound lengths at the end of the control period that stepper drives count.
+        sent: (m,), N, tensions as sent in the previous control step, if something reads them.
+        locked: (m,), True for cables that the distribution has locked.
         live: arrays of the tension stage; W is that of the perceived robot at the state `seen`.
         cables: limits and imposed tensions.
         true_W: (6, m) wrench matrix of the simulated robot.
@@ -70,6 +72,7 @@ class Sample:
         if self.layout.has("drums"):
             self.drive = np.zeros(robot.m)
         self.issued = np.zeros(robot.m)
+        self.sent, self.locked = np.zeros(robot.m), np.zeros(robot.m, dtype=bool)
         self._anchors = anchors = LoopAnchors(parts)
         self._body = Body(anchors.lines(robot), robot.inertial.copy(), parts.backend.gravity, bounds)
         self._readings = ([], []) if parts.ideal_cables else self._reading()
@@ -90,7 +93,10 @@ class Sample:
         arrays = {"seen": self.seen, "seen_cables": self.seen_cables}
         seen, cables = (array if name in part.writes else read_only(array) for name, array in arrays.items())
         about = parts.robot, parts.backend, parts.control_step, self.view, self.layout.has, own
-        return Surroundings(*about, read_only(self.state), seen, cables, read_only(self.cables.held))
+        locked = self.locked.view()
+        locked.flags.writeable = False
+        known = read_only(self.cables.held), read_only(self.sent), read_only(self.cables.limits), locked
+        return Surroundings(*about, read_only(self.state), seen, cables, *known)
 
     @property
     def perceived(self) -> tuple[Array, ...]:

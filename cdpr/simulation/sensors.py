@@ -16,6 +16,7 @@ from cdpr.native.random_numbers import Stream
 from cdpr.scenario import Scenario
 from cdpr.sensing.measurement import kernel_arguments
 from cdpr.sensing.sensor import Sensor, Sources, Used
+from cdpr.simulation.estimation import estimator_of
 from cdpr.simulation.loop_part import LoopPart, Surroundings
 from cdpr.tension.operations import Operation
 
@@ -28,7 +29,8 @@ def sensors_of(scenario: Scenario) -> LoopPart | None:
     sensors = scenario.sections.sensors
     own = scenario.robot.cables if scenario.actuators is None else ()  # actuators replace the winches
     stretch = any(chain_of(scenario.robot, cable).stretches for cable in own)
-    return Sensors(sensors, scenario.simulation.seed, scenario.obstacles, stretch=stretch) if sensors else None
+    about = {"stretch": stretch, "estimated": estimator_of(scenario) is not None}
+    return Sensors(sensors, scenario.simulation.seed, scenario.obstacles, **about) if sensors else None
 
 
 class Sensors(LoopPart):
@@ -42,20 +44,28 @@ class Sensors(LoopPart):
         seed: seed of the simulation.
         obstacles: obstacles of the world.
         stretch: True if a cable stretches, so that its unwound length differs from its length.
+        estimated: True if an estimator provides the state that the controller sees.
     """
 
     name = "sensors"
     needs = of_sensor()
 
     def __init__(
-        self, sensors: Sequence[Sensor], seed: int, obstacles: tuple[Obstacle, ...] = (), *, stretch: bool = False
+        self,
+        sensors: Sequence[Sensor],
+        seed: int,
+        obstacles: tuple[Obstacle, ...] = (),
+        *,
+        stretch: bool = False,
+        estimated: bool = False,
     ) -> None:
         self._sensors, self._obstacles, self._stretch = sensors, obstacles, stretch
         self.columns: tuple[Column, ...] = tuple(column for sensor in sensors for column in sensor.columns)
         self.streams = tuple(Stream(seed, f"sensors.{sensor.title}") for sensor in sensors)
         self._used: dict[Used, Sensor] = {}
         for sensor in sensors:
-            if sensor.used and not (sensor.used == "cables" and stretch):
+            unused = stretch if sensor.used == "cables" else estimated
+            if sensor.used and not unused:
                 self._used.setdefault(sensor.used, sensor)
         seen = frozenset({"seen"}) if self._used.keys() & SEEN.keys() else frozenset()
         self.writes = seen | (frozenset({"seen_cables"}) if "cables" in self._used else frozenset())

@@ -1,4 +1,4 @@
-"""Built-in estimators."""
+"""Built-in estimators: metadata and options. Implementations are imported when used."""
 
 from __future__ import annotations
 
@@ -6,11 +6,44 @@ from typing import Annotated
 
 from pydantic import Field
 
-from cdpr.base.fields import MAX_MAGNITUDE, Vector3
-from cdpr.plugins import PluginOptions
+from cdpr.base.defaults import ESTIMATOR
+from cdpr.base.fields import MAX_MAGNITUDE, NonNegative, Positive, unit
+from cdpr.plugins import Column, PluginInfo, PluginOptions, hookimpl
 
-Deviation = Annotated[float, Field(ge=0.0, le=MAX_MAGNITUDE)]
-ZERO = (0.0, 0.0, 0.0)
+RESIDUAL = Column(
+    "fit_residual", 1, "m", "Norm of the differences between the measured lengths and those of the fitted pose"
+)
+
+
+class ForwardKinematicsOptions(PluginOptions):
+    """Options of the estimator `forward_kinematics`."""
+
+    filter_time: Annotated[NonNegative, Field(le=10.0)] = Field(
+        0.0,
+        description="time constant of the first-order filter of the velocities; 0: plain differences of the poses",
+        json_schema_extra=unit("s"),
+    )
+
+
+class ComplementaryOptions(PluginOptions):
+    """Options of the estimator `complementary`."""
+
+    bandwidth: Positive = Field(
+        10.0,
+        description="bandwidth of the correction of position and velocity by the measured or fitted pose",
+        json_schema_extra=unit("rad/s"),
+    )
+    attitude_gain: Positive = Field(
+        5.0, description="gain of the correction of the attitude, k_P of Mahony et al.", json_schema_extra=unit("1/s")
+    )
+    bias_gain: NonNegative = Field(
+        0.5,
+        description="gain of the estimate of the gyroscope's bias, k_I of Mahony et al.",
+        json_schema_extra=unit("1/s^2"),
+    )
+
+
+Deviation = Annotated[NonNegative, Field(le=MAX_MAGNITUDE)]
 
 
 class EkfOptions(PluginOptions):
@@ -19,33 +52,60 @@ class EkfOptions(PluginOptions):
     force_noise: Deviation | None = Field(
         None,
         description="density of the unknown force on the platform, white noise; default: 0.001 of the weight",
-        json_schema_extra={"unit": "N sqrt(s)"},
+        json_schema_extra=unit("N sqrt(s)"),
     )
     moment_noise: Deviation | None = Field(
         None,
         description="density of the unknown moment; default: that of the force times the characteristic length",
-        json_schema_extra={"unit": "N m sqrt(s)"},
+        json_schema_extra=unit("N m sqrt(s)"),
     )
     noise_floor: Annotated[float, Field(gt=0.0, le=MAX_MAGNITUDE)] = Field(
         1e-6, description="smallest standard deviation of a measured value, in its unit; for sensors without noise"
     )
     position_error: Deviation = Field(
-        0.01, description="standard deviation of the position at the start", json_schema_extra={"unit": "m"}
+        0.01, description="standard deviation of the position at the start", json_schema_extra=unit("m")
     )
     rotation_error: Deviation = Field(
-        0.01, description="standard deviation of the attitude at the start", json_schema_extra={"unit": "rad"}
+        0.01, description="standard deviation of the attitude at the start", json_schema_extra=unit("rad")
     )
     velocity_error: Deviation = Field(
-        0.01, description="standard deviation of the velocity at the start", json_schema_extra={"unit": "m/s"}
+        0.01, description="standard deviation of the velocity at the start", json_schema_extra=unit("m/s")
     )
     turn_rate_error: Deviation = Field(
-        0.01, description="standard deviation of the angular velocity at the start", json_schema_extra={"unit": "rad/s"}
+        0.01, description="standard deviation of the angular velocity at the start", json_schema_extra=unit("rad/s")
     )
-    position_offset: Vector3 = Field(
-        ZERO, description="offset of the first estimate from the start, world axes", json_schema_extra={"unit": "m"}
-    )
-    rotation_offset: Vector3 = Field(
-        ZERO,
-        description="rotation vector of the first estimate from the attitude at the start, platform axes",
-        json_schema_extra={"unit": "rad"},
-    )
+
+
+@hookimpl
+def cdpr_estimators() -> list[PluginInfo]:
+    """Return the built-in estimators."""
+    return [
+        PluginInfo(
+            name=ESTIMATOR,
+            factory="cdpr_controllers.estimators.none:Measured",
+            summary="no estimator: the first measured pose and twist, or the true state without such sensors",
+            properties={"direct": True, "sensors": ("pose", "twist")},
+        ),
+        PluginInfo(
+            name="forward_kinematics",
+            factory="cdpr_controllers.estimators.forward_kinematics:ForwardKinematics",
+            summary="pose from the encoders by forward kinematics, velocities by differences, filtered on request",
+            properties={"sensors": ("encoders",)},
+            options=ForwardKinematicsOptions,
+            columns=(RESIDUAL,),
+        ),
+        PluginInfo(
+            name="complementary",
+            factory="cdpr_controllers.estimators.complementary:Complementary",
+            summary="integrated IMU, corrected by a measured pose or by forward kinematics (Mahony et al. 2008)",
+            properties={"sensors": ("imu", "encoders")},
+            options=ComplementaryOptions,
+        ),
+        PluginInfo(
+            name="ekf",
+            factory="cdpr_controllers.estimators.ekf:Ekf",
+            summary="error-state Kalman filter on the rigid body under the tensions as sent, with any sensors (Sola 2017)",
+            properties={"sensors": ("encoders",), "covariance": True, "innovation": True},
+            options=EkfOptions,
+        ),
+    ]

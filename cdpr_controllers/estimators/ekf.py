@@ -11,7 +11,6 @@ from cdpr.base.errors import CdprError
 from cdpr.cables import TENSION, commands_of
 from cdpr.model import Robot
 from cdpr.model.robot import Array
-from cdpr.model.rotations import from_axis_angle, multiply
 from cdpr.native.bind import bind
 from cdpr.plugins import Estimator, EstimatorInputs, SensorModel, SnapshotOfArrays
 from cdpr.sensing.sensor import Sensor
@@ -70,10 +69,10 @@ class Ekf(SnapshotOfArrays, Estimator):
         self.covariance, innovation = np.zeros((ERRORS, ERRORS)), np.zeros(2)
         self.nis, self.nis_size = innovation[:1], innovation[1:]
         self.arrays = (self._values, self._arrivals, self._history, self._count, self.covariance, innovation)
-        self._start, self._state = np.zeros(13), np.zeros(13)
+        self._state = np.zeros(13)
         self._given = {
             **platform_arguments(robot, gravity, control_step, options, _spread(used, robot.m, control_step, options)),
-            "start": self._start,
+            "start": np.zeros(13),
             "deviation": start_deviations(robot, options),
             "command": np.zeros(robot.m),
             "sensors": tables.rows,
@@ -89,12 +88,8 @@ class Ekf(SnapshotOfArrays, Estimator):
         self._operations: Sequence[Callable[..., object]] = ()
 
     def connect(self, inputs: EstimatorInputs) -> None:
-        """Use the tensions as sent, and start from the given state with the offsets of the options."""
-        self._start[:] = inputs.start
-        self._start[:3] += self.options.position_offset
-        turn = np.array(self.options.rotation_offset)
-        if angle := float(np.linalg.norm(turn)):
-            self._start[3:7] = multiply(inputs.start[3:7], from_axis_angle(turn / angle, angle))
+        """Use the tensions as sent and the given start."""
+        self._given["start"] = inputs.start
         self._given["command"] = inputs.tension
         self._operations = self.compiled(self._state)
 

@@ -87,7 +87,7 @@ class Truth:
         tension, winding = command, np.zeros_like(command)
         if self.elastic:
             tension = self.EA * (length / unwound - 1.0) + self.damping * (rate - unwinding)
-            winding = -self.r**2 * (command - tension) / self.I
+            winding = -(self.r**2) * (command - tension) / self.I
         R = turn.as_matrix()
         omega = np.einsum("nji,nj->ni", R, spin)
         weight = self.mass * GRAVITY @ R

@@ -40,7 +40,7 @@ class Checked:
 
     given: str  # digest of the input: the scenario and all changes of the case
     resolved: str  # digest of the resolved scenario
-    plugins: tuple[str, str, str]  # backend, controller, solver
+    plugins: tuple[str, ...]  # as `cdpr.simulation.header.plugins_of`
 
 
 @dataclass(frozen=True)
@@ -234,7 +234,7 @@ def _checked(
     counts: Counter[str] = Counter()
     only_plugins = True
     known: Counter[str] = Counter()
-    versions: dict[tuple[str, str, str], dict[str, str]] = {}
+    versions: dict[tuple[str, ...], dict[str, str]] = {}
     number = 0
     for grid in grids:
         for point in product_of(grid.columns):
@@ -259,7 +259,7 @@ def _case(
     point: Point,
     seed: int,
     known: Counter[str],
-    versions: dict[tuple[str, str, str], dict[str, str]],
+    versions: dict[tuple[str, ...], dict[str, str]],
     ended: Mapping[str, tuple[Checked, Mapping[str, str]]],
     notes: dict[str, None],
 ) -> StudyCase:
@@ -278,7 +278,7 @@ def _case(
         changes.append(Change(SEED, int(_digest([seed, key])[:16], 16) >> 1, Mark("seed")))
     given = _digest([same, next(change.value for change in changes if change.path == SEED)])
 
-    def here(plugins: tuple[str, str, str]) -> dict[str, str]:
+    def here(plugins: tuple[str, ...]) -> dict[str, str]:
         if plugins not in versions:
             versions[plugins] = versions_of(grid.scenario.plugins, plugins)
         return versions[plugins]

@@ -2,7 +2,10 @@
 #include <cdpr/group.hpp>
 #include <cdpr_controllers/cable_length.hpp>
 #include <cdpr_controllers/computed_torque.hpp>
+#include <cdpr_controllers/estimators/complementary.hpp>
 #include <cdpr_controllers/estimators/ekf.hpp>
+#include <cdpr_controllers/estimators/forward_kinematics.hpp>
+#include <cdpr_controllers/estimators/length_fit.hpp>
 #include <cdpr_controllers/inverse_kinematics.hpp>
 #include <cdpr_controllers/pid.hpp>
 #include <cdpr_controllers/static.hpp>
@@ -17,6 +20,9 @@ static constexpr cdpr_entry entries[] = {
     entry<InverseKinematics, inverse_kinematics>("inverse_kinematics"),
     entry<KalmanFilter, kalman_filter>("kalman_filter"),
     entry<ArrivingMeasurement, take_measurement>("take_measurement"),
+    entry<LengthFit, fit_lengths>("fit_lengths"),
+    entry<PoseDifferences, pose_differences>("pose_differences"),
+    entry<ComplementaryFilter, complementary_filter>("complementary_filter"),
 #ifndef CDPR_ALONE
     entry<TaskSpaceControl<Lanes>, computed_torque<Lanes>>("computed_torque_lanes"),
     entry<TaskSpaceControl<Lanes>, static_control<Lanes>>("static_lanes"),

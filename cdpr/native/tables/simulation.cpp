@@ -1,6 +1,7 @@
 // Simulation: operations of the loop. SPDX-License-Identifier: Apache-2.0
 #include <cdpr/group.hpp>
 #include <cdpr/simulation/drives.hpp>
+#include <cdpr/simulation/estimation.hpp>
 #include <cdpr/simulation/loads.hpp>
 #include <cdpr/simulation/observe.hpp>
 #include <cdpr/simulation/small_operations.hpp>
@@ -13,6 +14,9 @@ static constexpr cdpr_entry entries[] = {
     entry<Exertion<double>, exert<double>>("exert"),
     entry<BentExertion<double>, exert_bent<double>>("exert_bent"),
     entry<ImperfectDrives, apply_drives>("apply_drives"),
+    entry<Arrival, arrived>("arrived"),
+    entry<EstimateStart, start_estimate>("start_estimate"),
+    entry<EstimateError, judge_estimate>("judge_estimate"),
     entry<ExternalLoads, external_loads>("external_loads"),
     entry<Copy<double>, copy<double>>("copy"),
     entry<Stamp<double>, stamp<double>>("stamp"),

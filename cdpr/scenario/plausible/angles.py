@@ -14,7 +14,7 @@ WHOLE_TURN = 2.0 * math.pi * (1.0 + 1e-6)  # rad; tolerates a full turn with six
 WHOLE_TURN_IN_DEGREES = 360.0
 
 # Sections with options of plugins.
-FOREIGN = ("backend_options", "controller", "solver")
+FOREIGN = ("backend_options", "controller", "solver", "estimator")
 
 # Keys of angles, by their last components. Motions of more than one turn count turns separately.
 RADIANS = (("orientation", "rpy"), ("euler", "angles"), ("phase",))

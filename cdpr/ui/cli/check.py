@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @click.command("check")
-@click.argument("role", type=click.Choice(["backend", "solver", "controller"]))
+@click.argument("role", type=click.Choice(["backend", "solver", "controller", "estimator"]))
 @click.argument("name")
 @plugin_files
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")

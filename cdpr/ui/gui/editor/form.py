@@ -79,7 +79,8 @@ def _fields(subject: Subject, maker: FieldFactory, key: str) -> list[Field]:
         robot = subject.data.get("robot", MISSING)
         return [_nominal(subject, maker, SCHEMA["$defs"]["RobotSection"], robot)] if isinstance(robot, dict) else []
     if key in CORE_KEYS:
-        return [_of_plugin(subject, maker, "controller" if key == "controller" else "solver")]
+        role: Role = "controller" if key == "controller" else "solver" if key == "solver" else "estimator"
+        return [_of_plugin(subject, maker, role)]
     if key == "backend_options":
         return [_of_backends(subject, maker)]
     home = at(subject.data, ("robot", "home"))

@@ -20,7 +20,7 @@ from cdpr.ui.gui.editor.starts import Starts
 
 Texts = dict[str, str]  # by file
 
-ROLES: tuple[Role, ...] = ("controller", "solver")
+ROLES: tuple[Role, ...] = ("controller", "solver", "estimator")
 CABLES: Path = ("robot", "cables")
 LIMITS: tuple[Path, ...] = (("robot", "tension", "min"), ("robot", "tension", "max"))
 

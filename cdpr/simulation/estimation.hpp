@@ -1,0 +1,82 @@
+// Operations about the estimate of the state: cdpr/simulation/estimation.py. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cdpr/cholesky.hpp>
+#include <cdpr/field.hpp>
+#include <cdpr/rotation.hpp>
+
+namespace cdpr::CDPR_TARGET {
+
+struct Arrival {
+    const double* age;  // (1), s, time since the held measurement was taken
+    double* before;     // (1), s, the same at the previous control step
+    double* fresh;      // (1), 1 if a new measurement has arrived, else 0
+    double step;        // s, control period
+    static constexpr char fields[] = "age(1), both before(1), fresh(1), step";
+};
+
+// Report whether a measurement has arrived: that which is held ages by one control period.
+inline int arrived(Arrival& p, double time) {
+    *p.fresh = !(time > 0.0) || *p.age < *p.before + 0.5 * p.step ? 1.0 : 0.0;
+    *p.before = *p.age;
+    return 0;
+}
+
+struct EstimateStart {
+    const double* state;  // (13), true state
+    const double* given;  // (7), position, m, and quaternion that the estimator assumes; NaN: the true ones
+    double* time;         // (1), s
+    double* start;        // (13)
+    static constexpr char fields[] = "state(13), given(7), time(1), both start(13)";
+};
+
+// Write the time, and at time 0 the state from which the estimate begins.
+inline int start_estimate(EstimateStart& p, double time) {
+    *p.time = time;
+    for (int i = 0; i < 13 && !(time > 0.0); i++)
+        p.start[i] = i < 7 && p.given[i] == p.given[i] ? p.given[i] : p.state[i];
+    return 0;
+}
+
+struct EstimateError {
+    const double* state;       // (13), true state
+    const double* estimate;    // (13)
+    const double* covariance;  // (12, 12), as `Estimator.covariance`
+    double* sigma;             // (12), standard deviations
+    double* nees;              // (1), normalised estimation error squared; NaN if the covariance is singular
+    double* error;             // (12), work space
+    double* factor;            // (12, 12), work space
+    static constexpr char fields[] =
+        "state(13), estimate(13), covariance(12, 12), sigma(12), nees(1), work error(12), work factor(12, 12)";
+};
+
+// Write standard deviations and e^T P^-1 e of the errors that have a variance: Bar-Shalom, Li, Kirubarajan, Estimation
+// with Applications to Tracking and Navigation (2001), eq. 5.4.2-2.
+inline int judge_estimate(EstimateError& p) {
+    double error[12];
+    const Quaternion<double> q = multiply(conjugate(quaternion(p.estimate + 3)), quaternion(p.state + 3));
+    store(logarithm(q), error + 3);
+    for (int i = 0; i < 3; i++) error[i] = p.state[i] - p.estimate[i];
+    for (int i = 6; i < 12; i++) error[i] = p.state[1 + i] - p.estimate[1 + i];
+    int rows[12], n = 0;
+    for (int i = 0; i < 12; i++) {
+        const double variance = p.covariance[13 * i];
+        p.sigma[i] = square_root(larger(variance, 0.0));
+        if (variance > 0.0) rows[n++] = i;
+    }
+    const Matrix<double> L = {p.factor, 12};
+    for (int k = 0; k < n; k++) {
+        p.error[k] = error[rows[k]];
+        for (int j = 0; j <= k; j++) L(k, j) = p.covariance[12 * rows[k] + rows[j]];
+    }
+    const bool regular = n > 0 && factorise(L, n, 0.0);
+    double squares = 0.0;
+    for (int k = 0; k < n && regular; k++) {
+        p.error[k] = difference(p.error[k], 0, k, [&](int64_t j) { return L(k, j) * p.error[j]; }) / L(k, k);
+        squares += p.error[k] * p.error[k];
+    }
+    *p.nees = regular ? squares : NOT_A_NUMBER;
+    return 0;
+}
+
+}  // namespace cdpr::CDPR_TARGET
