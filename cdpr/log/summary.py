@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr.log.clearance_rows import add_rows
+from cdpr.log.consistency import Consistency, consistency
 from cdpr.log.electrical import Electrical, electrical
 from cdpr.log.header import Header
 from cdpr.log.limit_violations import beyond, tables
@@ -62,6 +63,8 @@ def summarise(run: Run) -> dict[str, Any]:
       `lost_steps_intervals` are the intervals by cable, with positive numbers of steps if the cable was paid out.
     - `motor_current_A`, `motor_voltage_V` and `electrical_energy_J`, if motors have electrical data, are the largest
       magnitudes of all motors, the largest rms current, and the energies that the motors used and fed back.
+    - `estimate`, with an estimator, contains the errors of its estimate, and for `nis` and `nees` the mean per value,
+      which is 1 for an estimator whose model is right, and the share of the samples within the 95 % band.
     - `energy_J` contains the work of each source, named by its column. `balanced` is None if the work of a source is
       unknown; `unknown_works` then names these sources.
     - `through_anchor_s`, `through_axis_s` and the sentence `passed` exist if a cable passes its anchor or swivel axis:
@@ -135,7 +138,7 @@ class Accumulator:
         self._squares = np.empty((2, 0))  # squared norms of position and orientation error in the current block
         self._sums: list[Array] = []  # (2,) of each complete block
         self.beyond = beyond_of(header)
-        self._found = Slack(), Singular(), LostSteps(), Electrical()
+        self._found = Slack(), Singular(), LostSteps(), Electrical(), Consistency()
         self.closest = closest
         self.count = 0
         self._start: Array | None = None  # first row
@@ -210,7 +213,8 @@ class Accumulator:
                 add_rows(closest, self._header.layout, rows)
             lost = lost_steps(self.lost, self._header, rows)
             motors = electrical(self._found[3], self._header, rows)
-            found = loose, self.singular.added(part, intact), lost, motors
+            estimate = consistency(self._found[4], self._header, rows)
+            found = loose, self.singular.added(part, intact), lost, motors, estimate
             for name in ("residual", "margin", "kinetic", *self._sources):
                 self._update_extremes(name, part[name])
             parts = np.abs([part.kinetic, part.potential_change, *(part[name] for name in self._sources)])
@@ -254,6 +258,7 @@ class Accumulator:
             }
         figures |= self.slack.figures(self._header.cables) | self.lost.figures(self._header.cables)
         figures |= self._found[3].figures(0.0 if self._start is None else float(self._start[0]))
+        figures |= self._found[4].figures()
         figures["residual_max_N"] = high["residual"]
         figures["margin_min_N"] = low["margin"]
         figures["energy_J"] = self._energy()

@@ -7,6 +7,9 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
+
 from cdpr.base.errors import CdprError, PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array
@@ -59,7 +62,7 @@ class EstimatorInputs:
     commands: tuple[str, ...]
     tension: Array
     limits: Array
-    held: Array
+    held: NDArray[np.bool_]
 
 
 class Estimator(ABC):

@@ -1,7 +1,7 @@
-"""Conformance kit for backends, solvers and controllers, for authors of plugins and for the built-in plugins.
+"""Conformance kit of all roles, for authors of plugins and for the built-in plugins.
 
 One list of checks, in three forms: `check_solver` returns the results for a factory, `solver_checks` the checks of an
-installed plugin for pytest, and `cdpr check solver NAME` prints them; likewise for backends and controllers.
+installed plugin for pytest, and `cdpr check solver NAME` prints them; likewise for other roles.
 
 The properties declared in `PluginInfo.properties` select the checks that apply; the others are reported as n/a. Known
 failures are passed as `expected_failures={id: reason}`; such a check must fail, or the declaration is out of date.
@@ -24,9 +24,11 @@ from cdpr.testing.kit import (
     backend_checks,
     check_backend,
     check_controller,
+    check_estimator,
     check_plugin,
     check_solver,
     controller_checks,
+    estimator_checks,
     solver_checks,
 )
 
@@ -38,8 +40,10 @@ __all__ = [
     "backend_checks",
     "check_backend",
     "check_controller",
+    "check_estimator",
     "check_plugin",
     "check_solver",
     "controller_checks",
+    "estimator_checks",
     "solver_checks",
 ]

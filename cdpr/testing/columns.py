@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from cdpr.model import Robot
-from cdpr.plugins import Backend, Column, Controller, TensionSolver
+from cdpr.plugins import Backend, Column, Controller, Estimator, TensionSolver
 from cdpr.testing.check import expect, needs
 
 GUARD = 1234.5  # separates the columns and must not be overwritten
@@ -17,7 +17,7 @@ SAMPLES = 5
 def expect_written(
     columns: tuple[Column, ...],
     robot: Robot,
-    part: Backend | Controller | TensionSolver,
+    part: Backend | Controller | Estimator | TensionSolver,
     start: Callable[[], object],
     work: Callable[[int], object],
 ) -> str:

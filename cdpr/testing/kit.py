@@ -13,7 +13,7 @@ from pydantic import ValidationError
 from cdpr.base.errors import CdprError, PluginError
 from cdpr.model import Robot
 from cdpr.model.robot import Array
-from cdpr.plugins import Backend, Column, Controller, PluginOptions, TensionSolver
+from cdpr.plugins import Backend, Column, Controller, Estimator, PluginOptions, TensionSolver
 from cdpr.plugins.registry import Role, registry
 from cdpr.testing import (
     backend_anchors,
@@ -24,10 +24,12 @@ from cdpr.testing import (
     backend_surroundings,
     backend_winches,
     controller,
+    estimator,
     solver_answers,
     solver_interface,
 )
 from cdpr.testing.check import Check, CheckResult, Failed
+from cdpr.testing.estimator_subject import EstimatorSubject
 from cdpr.testing.subjects import BackendSubject, ControllerSubject, SolverSubject
 
 S = TypeVar("S")
@@ -43,11 +45,13 @@ BACKEND: list[Check[BackendSubject]] = [
 ]
 SOLVER: list[Check[SolverSubject]] = [*solver_interface.CHECKS, *solver_answers.CHECKS]
 CONTROLLER: list[Check[ControllerSubject]] = controller.CHECKS
+ESTIMATOR: list[Check[EstimatorSubject]] = estimator.CHECKS
 
 ROLES: dict[Role, tuple[Sequence[Check[Any]], Callable[..., AbstractContextManager[Any]]]] = {
     "backend": (BACKEND, BackendSubject),
     "solver": (SOLVER, SolverSubject),
     "controller": (CONTROLLER, ControllerSubject),
+    "estimator": (ESTIMATOR, EstimatorSubject),
 }
 
 NOTHING: Mapping[str, Any] = {}
@@ -173,6 +177,40 @@ def check_controller(
     )
 
 
+def check_estimator(
+    factory: Callable[[Robot, Array, float, Any, Any], Estimator],
+    *,
+    properties: Mapping[str, Any] = NOTHING,
+    options: Any = None,
+    columns: tuple[Column, ...] | None = None,
+    expected_failures: Mapping[str, str] = NOTHING,
+    only: Collection[str] | None = None,
+) -> list[CheckResult]:
+    """Check an estimator: `factory(robot, gravity, control_step, sensors, options)`.
+
+    Args:
+        factory: target of the plugin's `PluginInfo.factory`.
+        properties: declared properties: `sensors` (types of the sensors with which it is checked, ("encoders",) by
+            default), `covariance` and `innovation` (True if it provides them).
+        options: instance of its options model; None by default.
+        columns: declared columns; by default the attribute `columns` of the factory.
+        expected_failures: reason by id of each check that is known to fail.
+        only: ids of the checks to run; all by default.
+
+    Returns:
+        The result of each check, in the order of the checks.
+
+    Example:
+        >>> from cdpr.testing import check_estimator
+        >>> from cdpr_controllers.estimators import RESIDUAL, ForwardKinematicsOptions
+        >>> from cdpr_controllers.estimators.forward_kinematics import ForwardKinematics
+        >>> given = {"options": ForwardKinematicsOptions(), "columns": (RESIDUAL,)}
+        >>> [result.outcome for result in check_estimator(ForwardKinematics, **given, only=["reset_forgets"])]
+        ['passed']
+    """
+    return _run(ESTIMATOR, lambda: EstimatorSubject(factory, properties, options, columns), expected_failures, only)
+
+
 @dataclass(frozen=True)
 class Case(Generic[S]):
     """One check of one installed plugin; `str(case)` is its id, and a call raises if the plugin fails."""
@@ -273,11 +311,37 @@ def controller_checks(
     return _cases("controller", name, options, expected_failures)
 
 
+def estimator_checks(
+    name: str, *, options: Any = None, expected_failures: Mapping[str, str] = NOTHING
+) -> list[Case[Any]]:
+    """Return the checks of an installed estimator, for pytest's `parametrize(..., ids=str)`.
+
+    Args:
+        name: name of the installed estimator.
+        options: instance of its options model; the defaults if None.
+        expected_failures: reason by id of each check that is known to fail.
+
+    Returns:
+        The checks; `str(check)` is the id, and a call raises if the estimator fails.
+
+    Raises:
+        PluginError: if the estimator is unknown, cannot be loaded, or requires options.
+
+    Example:
+        >>> from cdpr.testing import estimator_checks
+        >>> checks = estimator_checks("forward_kinematics")
+        >>> checks[0]()
+        >>> str(checks[0])
+        'estimate_is_complete'
+    """
+    return _cases("estimator", name, options, expected_failures)
+
+
 def check_plugin(role: Role, name: str, begin: Callable[[str], object] = str) -> list[CheckResult]:
     """Check an installed plugin with its declared properties and default options.
 
     Args:
-        role: "backend", "controller" or "solver".
+        role: "backend", "controller", "solver" or "estimator".
         name: name of the installed plugin.
         begin: function that gets the id of each check before the check begins.
 

@@ -15,7 +15,7 @@ from cdpr.base.errors import PluginError, one_line
 from cdpr.base.problems import short_repr
 from cdpr.model import Robot
 from cdpr.model.robot import Array
-from cdpr.plugins import Backend, Column, Controller, ControllerInputs, Environment, TensionSolver
+from cdpr.plugins import Backend, Column, Controller, ControllerInputs, Environment, Estimator, TensionSolver
 from cdpr.plugins.controller import COMMANDS
 from cdpr.plugins.registry import with_arrays
 from cdpr.tension import Status
@@ -30,7 +30,7 @@ Cost = Callable[[Array, Array, Array], float]
 FIRST = 50  # problems per robot for a solver declared slow
 
 
-class _Subject:
+class Subject:
     """Plugin under test; everything created is closed at the end of its check."""
 
     def __init__(
@@ -44,7 +44,7 @@ class _Subject:
         self.factory, self.properties, self.options = factory, properties, options
         self.columns: tuple[Column, ...] = getattr(factory, "columns", ()) if columns is None else columns
         self.changeable: tuple[str, ...] = getattr(factory, "changeable", ()) if changeable is None else changeable
-        self._open: list[Backend | Controller] = []
+        self._open: list[Backend | Controller | Estimator] = []
 
     def having(self, options: Any) -> Self:
         """Return the subject with other options."""
@@ -70,7 +70,7 @@ class _Subject:
             raise Failed(f"close raised {one_line(failed)}") from failed
 
 
-class BackendSubject(_Subject):
+class BackendSubject(Subject):
     """A backend under test."""
 
     def make(
@@ -109,7 +109,7 @@ class BackendSubject(_Subject):
         backend.close()
 
 
-class SolverSubject(_Subject):
+class SolverSubject(Subject):
     """A tension solver under test."""
 
     def make(self, robot: Robot) -> TensionSolver:
@@ -161,7 +161,7 @@ def solve(solver: TensionSolver, problem: Problem) -> tuple[int, Array]:
     return int(status), tension
 
 
-class ControllerSubject(_Subject):
+class ControllerSubject(Subject):
     """A controller under test.
 
     Attributes:

@@ -279,6 +279,7 @@ def _lines(run: Run, least: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
     from cdpr.log.summary import not_judged
     from cdpr.mechanics.contacts import passing
     from cdpr.ui.report.text.aligned import unit_for
+    from cdpr.ui.report.text.estimate import estimate_lines
     from cdpr.ui.report.text.least import least_of
     from cdpr.ui.report.text.reservations import fallback, lost, overstrained, reservations
 
@@ -317,6 +318,7 @@ def _lines(run: Run, least: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
             f"max {figures['motor_voltage_V']['max']:.4g} V   energy used {used['used']:.4g} J, fed back "
             f"{used['regenerated']:.4g} J"
         )
+    yield from estimate_lines(figures)
     if "energy_J" in figures:
         energy = figures["energy_J"]
         work = f"work of the cables {energy['cable_work']:.4g} J"

@@ -35,6 +35,14 @@ BANNERS = {
     "running": ("warn", "Did not end: the process still runs or was killed"),
 }
 
+# Errors of the estimate: title, key of its figures and unit.
+ESTIMATE = (
+    ("Error of the estimated position", "position_error_m", "m"),
+    ("Error of the estimated attitude", "orientation_error_rad", "rad"),
+    ("Error of the estimated velocity", "velocity_error_m_s", "m/s"),
+    ("Error of the estimated angular velocity", "angular_velocity_error_rad_s", "rad/s"),
+)
+
 
 def ending(run: Run, happened: str = "") -> str:
     """Return the banner: status of the run, its message, and `happened`, a sentence on the run."""
@@ -80,6 +88,7 @@ def summary(run: Run, least: Mapping[str, Mapping[str, Any]], touch: str | None 
             "; ".join(number(energy[f"{by}_work"]) for by in ("cable", "external")),
         ),
         *((f"Work of {escape(name)} (J)", number(energy[column])) for name, column in run.header.further_works.items()),
+        *_estimate(figures),
         ("Unexplained energy; total exchange (J)", _balance(figures)),
         ("Samples; simulated time", f"{figures['samples']}; {figures['simulated_s']:.6g} s"),
         *([("Samples in the log, and in the figures", _logged(run))] if run.header.log_every > 1 else []),
@@ -112,6 +121,24 @@ def _true(figures: dict[str, Any]) -> list[tuple[str, str]]:
         rows.append(
             ("Electrical energy used; fed back (J)", f"{number(energy['used'])}; {number(energy['regenerated'])}")
         )
+    return rows
+
+
+def _estimate(figures: dict[str, Any]) -> list[tuple[str, str]]:
+    """Return rows on the errors of the estimate, and on its consistency; none without an estimator."""
+    found = figures.get("estimate")
+    if found is None:
+        return []
+    rows = [
+        (f"{title}: largest; rms ({unit})", f"{number(found[key]['max'])}; {number(found[key]['rms'])}")
+        for title, key, unit in ESTIMATE
+    ]
+    titles = {"nis": "NIS of the innovation", "nees": "NEES of the estimate"}
+    for key, title in titles.items():
+        if each := found.get(key):
+            share = f"{100.0 * each['inside_95_percent']:.3g} %"
+            rows.append((f"{title}, mean per value (1 if consistent)", number(each["mean_per_value"])))
+            rows.append((f"{title}, samples within the 95 % band", share))
     return rows
 
 
