@@ -19,9 +19,9 @@ struct FilteredStep {
 
     CDPR_INLINE double* state() const { return row + STATE; }
     CDPR_INLINE double* covariance() const { return row + COVARIANCE; }
-    CDPR_INLINE double* tension() const { return row + TENSION; }       // (m), N, that led to this step
-    CDPR_INLINE double* values() const { return tension() + m; }        // (n), of all sensors, taken at this step
-    CDPR_INLINE double* use() const { return values() + n; }            // (k), a MeasurementUse of each sensor
+    CDPR_INLINE double* tension() const { return row + TENSION; }  // (m), N, that led to this step
+    CDPR_INLINE double* values() const { return tension() + m; }   // (n), of all sensors, taken at this step
+    CDPR_INLINE double* use() const { return values() + n; }       // (k), a MeasurementUse of each sensor
     static CDPR_INLINE int64_t width(int64_t m, int64_t n, int64_t k) { return TENSION + m + n + k; }
 };
 
@@ -122,8 +122,8 @@ inline void use_measurements(const KalmanFilter& p, int64_t at) {
     for (int64_t i = 0; i < p.k; i++) {
         if (present.use()[i] == NOT_MEASURED) continue;
         Correction sum = {present.covariance()};
-        use_sensor(p.platform, p.sensor(i), present.state(), present.tension(), at > 0, present.values(),
-                   p.deviations, p.settings, sum);
+        use_sensor(p.platform, p.sensor(i), present.state(), present.tension(), at > 0, present.values(), p.deviations,
+                   p.settings, sum);
         sum.apply(present.state());
         if (present.use()[i] == ARRIVED && sum.count > 0) {
             p.innovation[0] = (p.innovation[1] > 0.0 ? p.innovation[0] : 0.0) + sum.square;

@@ -39,7 +39,8 @@ struct FilteredPlatform {
     int64_t w;
     static constexpr char fields[] =
         "lines(m, w >= 6), chains(m, 33), inertial(13), inverse(6, 6), gravity(3), free(6), noise(2, 2), spread(m), "
-        "work matrix(6, m), work length(m), work rate(m), work matrix_rate(6, m), work forces(m), period, driven, rotates, noisy, m, w";
+        "work matrix(6, m), work length(m), work rate(m), work matrix_rate(6, m), work forces(m), period, driven, "
+        "rotates, noisy, m, w";
 };
 
 // Dynamics at a state.
@@ -156,8 +157,8 @@ inline void write_inverse(const FilteredPlatform& p, bool driven, const double* 
     invert_mass_matrix(p, quaternion(state + 3), p.rate, now);
 }
 
-// Write the wrench (6) that accelerates the platform, and its derivatives, without those of the inertia by the attitude,
-// which are of second order.
+// Write the wrench (6) that accelerates the platform, and its derivatives, without those of the inertia by the
+// attitude, which are of second order.
 inline void write_wrench(const FilteredPlatform& p, const double* state, const Vector<double>* axes,
                          const double* tension, double* wrench, LinearisedMotion& now) {
     const Inertial<double> body = {p.inertial};
@@ -248,8 +249,8 @@ inline void write_error_motion(const FilteredPlatform& p, bool driven, const Vec
 }
 
 // Write Y = F X + G noise of X (12, 12); without noise Y = F X.
-template <bool noisy> inline void transition(const Twelve* X, const ErrorMotion& step, const Vector<double>* axes,
-                                             double h, Twelve* Y) {
+template <bool noisy>
+inline void transition(const Twelve* X, const ErrorMotion& step, const Vector<double>* axes, double h, Twelve* Y) {
     for (int j = 0; j < 6; j++) {
         Twelve row = X[VELOCITY_ERROR + j];
         if (noisy) row = row + step.noise[j];

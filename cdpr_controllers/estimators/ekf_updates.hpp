@@ -11,6 +11,10 @@ namespace cdpr::CDPR_TARGET {
 
 enum FilteredSensor { POSE_MEASURED, TWIST_MEASURED, ENCODERS, RECEIVER, IMU, MARKERS, LOAD_CELLS };
 
+// Least variance of the noise, as a share of that of the predicted measurement: far above the round-off of the
+// subtraction, so that the covariance stays positive with sensors that are nearly exact.
+constexpr double LEAST_NOISE = 1e-12;
+
 // Row of a sensor: its kind; the places of its values, standard deviations and settings; the number of its values.
 struct SensorRow {
     static constexpr int KIND = 0, VALUES = 1, DEVIATIONS = 2, SETTINGS = 3, COUNT = 4, WIDTH = 5;
@@ -28,12 +32,13 @@ struct Correction {
     inline void use(const double* row, int begin, int end, double innovation, double deviation) {
         Twelve gain = row[begin] * twelve(covariance + ERRORS * begin);
         for (int j = begin + 1; j < end; j++) gain = gain + row[j] * twelve(covariance + ERRORS * j);
-        double variance = deviation * deviation, factors[ERRORS];
+        double factors[ERRORS], known = 0.0;
         store(gain, factors);
         for (int j = begin; j < end; j++) {
             innovation -= row[j] * error[j];
-            variance += row[j] * factors[j];
+            known += row[j] * factors[j];
         }
+        const double variance = known + larger(deviation * deviation, LEAST_NOISE * known);
         const double precision = 1.0 / variance, scaled = innovation * precision;
         square += innovation * scaled;
         count++;
@@ -129,8 +134,8 @@ inline void use_turn_rate(const double* state, const double* measured, const dou
     }
 }
 
-// Use the pixels of the markers that are seen. `settings`: pose of the camera in the axes of its body (7), focal lengths
-// (2) and principal point (2), px, 1 if the platform carries the camera, places of the markers (k, 3), m.
+// Use the pixels of the markers that are seen. `settings`: pose of the camera in the axes of its body (7), focal
+// lengths (2) and principal point (2), px, 1 if the platform carries the camera, places of the markers (k, 3), m.
 inline void use_markers(const double* state, const double* settings, int64_t k, const double* measured,
                         const double* deviation, Correction& sum) {
     const Quaternion<double> q = quaternion(state + 3);
@@ -175,11 +180,20 @@ inline void use_sensor(const FilteredPlatform& p, const int64_t* row, const doub
             sum.use_direct(VELOCITY_ERROR, vector(measured) - vector(state + 7), deviation);
             sum.use_direct(SPIN_ERROR, vector(measured + 3) - vector(state + 10), deviation + 3);
             break;
-        case ENCODERS: use_encoders(p, state, tension, stretched, measured, deviation, sum); break;
-        case RECEIVER: use_receiver(state, own, measured, deviation, sum); break;
-        case IMU: use_turn_rate(state, measured + 3, deviation + 3, sum); break;
-        case MARKERS: use_markers(state, own, row[SensorRow::COUNT] / 3, measured, deviation, sum); break;
-        default: break;
+        case ENCODERS:
+            use_encoders(p, state, tension, stretched, measured, deviation, sum);
+            break;
+        case RECEIVER:
+            use_receiver(state, own, measured, deviation, sum);
+            break;
+        case IMU:
+            use_turn_rate(state, measured + 3, deviation + 3, sum);
+            break;
+        case MARKERS:
+            use_markers(state, own, row[SensorRow::COUNT] / 3, measured, deviation, sum);
+            break;
+        default:
+            break;
     }
 }
 

@@ -72,7 +72,7 @@ def deviations(sensor: Sensor, cables: int, floor: float) -> Array:
 def settings_of(sensor: Any) -> list[float]:
     """Return the numbers of a sensor that its measurement model needs."""
     if sensor.type == "receiver":
-        return list(sensor.point)
+        return list(sensor.antenna)
     if sensor.type == "markers":
         attitude = np.array(sensor.attitude) / np.linalg.norm(sensor.attitude)
         middle = sensor.center or (0.5 * sensor.size[0], 0.5 * sensor.size[1])
