@@ -16,7 +16,7 @@ from marked import rewritten, table
 from cdpr.analysis.bench.overview import overview
 from cdpr.plugins.registry import OWN_DISTRIBUTION, ROLES, registry
 from cdpr.testing.check import Check
-from cdpr.testing.kit import BACKEND, CONTROLLER, SOLVER
+from cdpr.testing.kit import BACKEND, CONTROLLER, ESTIMATOR, SOLVER
 from cdpr.ui.report.text.bench import OVERVIEW, overview_cells
 
 ROOT = Path(__file__).parent.parent
@@ -96,6 +96,7 @@ PAGES = {
     "plugin_checks.md": {
         "checks of solvers": partial(check_table, SOLVER),
         "checks of controllers": partial(check_table, CONTROLLER),
+        "checks of estimators": partial(check_table, ESTIMATOR),
         "checks of backends": partial(check_table, BACKEND),
     },
     "solvers.md": {"solvers": solver_table},

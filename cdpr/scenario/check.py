@@ -163,7 +163,7 @@ def split(data: dict[str, Any]) -> tuple[dict[str, Any], dict[str, dict[str, Any
     own = dict(data)
     options: dict[str, dict[str, Any]] = {}
     for section, core in CORE_KEYS.items():
-        given = data.get(section, {})
+        given = data.get(section)
         if isinstance(given, dict):
             own[section] = {key: value for key, value in given.items() if key in core}
             options[section] = {key: value for key, value in given.items() if key not in core}

@@ -22,13 +22,19 @@ from cdpr.testing import (
     check_controller,
     check_solver,
     controller_checks,
+    estimator_checks,
     solver_answers,
     solver_checks,
 )
 from cdpr.testing.check import Check
 from cdpr.ui.cli import cli
 
-FORMS = {"backend": backend_checks, "solver": solver_checks, "controller": controller_checks}
+FORMS = {
+    "backend": backend_checks,
+    "solver": solver_checks,
+    "controller": controller_checks,
+    "estimator": estimator_checks,
+}
 
 
 def needs_options(entry):
@@ -40,7 +46,12 @@ def needs_options(entry):
 
 
 # By default the kit checks these.
-ALWAYS = {"backend": {"reference", "mujoco"}, "solver": {"qp"}, "controller": {"computed_torque"}}
+ALWAYS = {
+    "backend": {"reference", "mujoco"},
+    "solver": {"qp"},
+    "controller": {"computed_torque"},
+    "estimator": {"complementary"},
+}
 
 
 # Tests of solvers/ and native/ cover most of these for the others.

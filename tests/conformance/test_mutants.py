@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import backend_mutants
 import controller_mutants
+import estimator_mutants
 import pytest
 import solver_mutants
 
 from cdpr.base.errors import CdprError
-from cdpr.testing import check_backend, check_controller, check_solver
-from cdpr.testing.kit import BACKEND, CONTROLLER, SOLVER
+from cdpr.testing import check_backend, check_controller, check_estimator, check_solver
+from cdpr.testing.kit import BACKEND, CONTROLLER, ESTIMATOR, SOLVER
 from cdpr_controllers import ComputedTorqueOptions
 from cdpr_solvers.options import QpOptions
 
@@ -17,6 +18,7 @@ ROLES = [
     (check_backend, BACKEND, backend_mutants.MUTANTS, {}),
     (check_solver, SOLVER, solver_mutants.MUTANTS, solver_mutants.QP),
     (check_controller, CONTROLLER, controller_mutants.MUTANTS, {}),
+    (check_estimator, ESTIMATOR, estimator_mutants.MUTANTS, {}),
 ]
 
 OPTIONS = {check_solver: QpOptions(), check_controller: ComputedTorqueOptions()}  # of what most of them wrap
@@ -29,7 +31,7 @@ BROKEN = [
 
 
 @pytest.mark.parametrize(("check", "mutant", "properties", "ids"), BROKEN)
-@pytest.mark.usual("check_backend-[A-M]*", "check_controller-[A-P]*")
+@pytest.mark.usual("check_backend-[A-M]*", "check_controller-[A-P]*", "check_estimator-[L-R]*")
 def test_broken_plugin_is_caught(check, mutant, properties, ids):
     results = check(mutant, properties=properties, options=OPTIONS.get(check), only=ids)
     assert {result.id: result.outcome for result in results} == dict.fromkeys(ids, "failed")
@@ -44,13 +46,21 @@ def test_every_check_has_a_mutant(check, checks, mutants, base):
     assert {check.id for check in checks} == killed
 
 
-@pytest.mark.parametrize("checks", [SOLVER, CONTROLLER, BACKEND], ids=["solver", "controller", "backend"])
+@pytest.mark.parametrize(
+    "checks", [SOLVER, CONTROLLER, ESTIMATOR, BACKEND], ids=["solver", "controller", "estimator", "backend"]
+)
 def test_descriptions_of_checks_contain_reason_and_details(checks):
     """The terminal shows the reason, docs/plugin_checks.md the whole docstring in one table cell."""
     for check in checks:
         assert check.description.startswith(check.reason), check.id
         assert not set("\n|") & set(check.description), check.id
     assert any(len(check.description) > len(check.reason) for check in checks)
+
+
+@pytest.mark.slow
+def test_unbroken_estimator_passes():
+    results = check_estimator(estimator_mutants.Fitted, properties=estimator_mutants.SENSORS)
+    assert [result for result in results if result.outcome == "failed"] == []
 
 
 def test_unbroken_wrapper_passes():
