@@ -28,7 +28,9 @@ SENSORS: dict[str, list[dict[str, Any]]] = {
     "tension": [{"type": "tension", "tension": NOISE}],
     "imu": [{"type": "imu", "force": NOISE, "turn_rate": NOISE}],
     "receiver": [{"type": "receiver", "position": NOISE}],
+    "encoders and Kalman filter": [{"type": "encoders", "length": NOISE}],
 }
+FILTERED = ("encoders and Kalman filter",)
 
 
 def measure() -> dict[str, float]:
@@ -37,7 +39,8 @@ def measure() -> dict[str, float]:
     matrix, pinvs = np.random.default_rng(0).normal(size=(6, 8)), []
     for _ in range(RUNS):
         for name, sensors in SENSORS.items():
-            scenario = load_scenario(SCENARIOS / "caroca.yaml", overrides={"sensors": sensors})
+            estimator = {"estimator": {"type": "ekf"}} if name in FILTERED else {}
+            scenario = load_scenario(SCENARIOS / "caroca.yaml", overrides={"sensors": sensors, **estimator})
             add_steps(scenario, steps[name], lambda: pinvs.append(pinv_cost(matrix)))
     least = {name: min(each) / min(pinvs) for name, each in steps.items()}
     plain = least.pop("none")

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from cdpr.base.errors import CdprError
-from cdpr.cables import TENSION, commands_of
+from cdpr.cables import TENSION, bends, chain_of, commands_of
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
@@ -26,25 +26,26 @@ class Ekf(SnapshotOfArrays, Estimator):
     """Error-state Kalman filter on the nominal robot, forced by the tensions as sent.
 
     The error state is that of Sola (2017), "Quaternion kinematics for the error-state Kalman filter", section 5, without
-    biases, and with the angular velocity along the world's axes: position, attitude, velocity, angular velocity. The
-    prediction is the rigid body with its centre of mass and inertia tensor under tensions, weight and a white wrench of
-    unknown origin, by the explicit midpoint rule. Its derivatives contain the stiffness of the tensions. Blocked
-    directions of a guided platform have no error.
+    biases, and with the angular velocity in world axes: position, attitude, velocity, angular velocity. The prediction
+    is the rigid body with its centre of mass and inertia tensor under tensions, weight and a white wrench of unknown
+    origin, by the explicit midpoint rule. Its derivatives contain the stiffness of the tensions. Winches contribute
+    their inertia and friction. Blocked directions of a guided platform have no error.
 
-    Measurements are used one scalar after the other, so no matrix is inverted. The innovation's NIS, and the NEES of the
-    estimate, follow the chi-squared distribution if the noise is that of the model: Bar-Shalom, Li, Kirubarajan,
-    Estimation with Applications to Tracking and Navigation (2001), section 5.4.
+    Measurements are used one scalar after the other, so no matrix is inverted. If the noise is that of the model, NIS
+    and NEES follow the chi-square distribution: Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking
+    and Navigation (2001), section 5.4.
 
-    - pose, twist, receiver, markers: all of their values; a marker that is not seen is not used.
-    - encoders: the unwound lengths, with pulleys, without the stretch under the tensions as sent. The rates are
+    - pose, twist, receiver, markers: all values, but no markers that are not seen.
+    - encoders: the unwound lengths, with pulleys and with the stretch at rest under the tensions. The rates are
       differences of the lengths, so they contain nothing new.
-    - imu: the turn rate. The specific force is that of the model, except for the noise of the wrench.
-    - tension: in place of the commands, if winches take lengths or rates. Without load cells, the platform of such a
-      robot is assumed to keep its velocity, with much noise.
-    - range, scan: not used.
+    - imu: the turn rate. The specific force is that of the model, except for the unknown wrench.
+    - tension: in place of the commands, if winches take lengths or rates. Without load cells, such a platform is
+      assumed to keep its velocity, with much noise, and encoders on cables that stretch are rejected.
+    - range, scan: not used, as the nominal robot contains no map of the obstacles.
 
     The noise of a sensor follows from its nominal noise and resolution. Measurements with a delay are used at the time
-    at which they were taken, after which the filter is repeated to the present.
+    at which they were taken; the filter is then repeated up to the present. Cables that sag are rejected. Friction of
+    pulleys, the inertia of drums of elastic cables, and the damping of the cables are not in the model.
     """
 
     def __init__(
@@ -60,6 +61,7 @@ class Ekf(SnapshotOfArrays, Estimator):
         }
         self._used = [each for each in sensors if each.title not in self.ignored]
         _check_used(self._used, given)
+        _check_cables(robot, self._used)
         used = [each.sensor for each in self._used]
         tables = sensor_tables(used, robot.m, options.noise_floor)
         slots = 2 + max(_late(each, control_step) for each in used)
@@ -71,7 +73,7 @@ class Ekf(SnapshotOfArrays, Estimator):
         self.arrays = (self._values, self._arrivals, self._history, self._count, self.covariance, innovation)
         self._state = np.zeros(13)
         self._given = {
-            **platform_arguments(robot, gravity, control_step, options, _spread(used, robot.m, control_step, options)),
+            **platform_arguments(robot, gravity, control_step, options, _cells(used, robot.m, control_step, options)),
             "start": np.zeros(13),
             "deviation": start_deviations(robot, options),
             "command": np.zeros(robot.m),
@@ -142,14 +144,32 @@ def _late(sensor: Sensor, step: float) -> int:
     late = round((sensor.delay + sensor.jitter) / step)
     if late > MOST_LATE:
         raise CdprError(
-            f"ekf: sensor '{sensor.title}': delay and jitter are {late} control steps; at most {MOST_LATE} are supported"
+            f"ekf: sensor '{sensor.title}': expected delay and jitter of at most {MOST_LATE} control steps, got {late}"
         )
     return late
 
 
-def _spread(used: Sequence[Sensor], m: int, step: float, options: Any) -> Array | None:
-    """Return the noise of measured tensions, (m,), N^2 s, constant over the period of the load cells; None without."""
+def _check_cables(robot: Robot, used: Sequence[SensorModel]) -> None:
+    """Raise CdprError for cables that sag, and for encoders on cables that stretch under unknown tensions."""
+    if bends(robot):
+        raise CdprError(
+            f"ekf: the cables of '{robot.name}' sag, but the filter has a model of straight cables only; set `believed` "
+            "to a robot with another cable model, such as elastic"
+        )
+    kinds = {each.sensor.type for each in used}
+    unknown = [
+        cable.name
+        for cable, command in zip(robot.cables, commands_of(robot), strict=True)
+        if command != TENSION and chain_of(robot, cable).stretches
+    ]
+    if unknown and "encoders" in kinds and "tension" not in kinds:
+        raise CdprError(
+            f"ekf: sensors: encoders do not measure the stretch of {', '.join(unknown)}, whose winches take lengths or "
+            "rates; add `- type: tension` to sensors, or replace the encoders"
+        )
+
+
+def _cells(used: Sequence[Sensor], m: int, step: float, options: Any) -> tuple[Array, float] | None:
+    """Return the standard deviations of measured tensions (m,), N, and their period, s; None without load cells."""
     cells = [each for each in used if each.type == "tension"]
-    if not cells:
-        return None
-    return np.asarray(deviations(cells[0], m, options.noise_floor) ** 2 * (cells[0].period or step))
+    return (deviations(cells[0], m, options.noise_floor), cells[0].period or step) if cells else None

@@ -26,6 +26,7 @@ struct FilteredPlatform {
     const double* noise;     // (2, 2), white force, N^2 s, and moment, (N m)^2 s, about the platform's origin: with
                              // known tensions, and without
     const double* spread;    // (m), N^2 s, white noise of the tensions
+    const double* cells;     // (m), N, standard deviation of the measured tensions
     double* matrix;          // (6, m), work space: W
     double* length;          // (m), work space, m
     double* rate;            // (m), work space, m/s
@@ -39,6 +40,7 @@ struct FilteredPlatform {
     int64_t w;
     static constexpr char fields[] =
         "lines(m, w >= 6), chains(m, 33), inertial(13), inverse(6, 6), gravity(3), free(6), noise(2, 2), spread(m), "
+        "cells(m), "
         "work matrix(6, m), work length(m), work rate(m), work matrix_rate(6, m), work forces(m), period, driven, "
         "rotates, noisy, m, w";
 };

@@ -51,7 +51,9 @@ def densities(robot: Robot, options: Any) -> Array:
     return np.square([[force[0], moment[0]], [force[1], moment[1]]])
 
 
-def platform_arguments(robot: Robot, gravity: Array, step: float, options: Any, spread: Array | None) -> dict[str, Any]:
+def platform_arguments(
+    robot: Robot, gravity: Array, step: float, options: Any, cells: tuple[Array, float] | None
+) -> dict[str, Any]:
     """Return the arguments of the prediction, by name: `FilteredPlatform` in ekf_prediction.hpp.
 
     Args:
@@ -59,13 +61,14 @@ def platform_arguments(robot: Robot, gravity: Array, step: float, options: Any, 
         gravity: (3,), m/s^2, world.
         step: control period, s.
         options: options of the filter.
-        spread: (m,), N^2 s, noise of measured tensions; None without load cells.
+        cells: standard deviations of measured tensions (m,), N, and time between them, s; None without load cells.
     """
     chains = chain_table(robot)
     free = np.zeros(6)
     free[robot.rows] = 1.0
     takes_tensions = set(commands_of(robot)) == {TENSION}
-    measured = spread is not None and not takes_tensions
+    measured = cells is not None and not takes_tensions
+    noise, period = cells if cells is not None and measured else (np.zeros(robot.m), step)
     return {
         "lines": np.array(line_table(robot)),
         "chains": np.array(chains),
@@ -74,7 +77,8 @@ def platform_arguments(robot: Robot, gravity: Array, step: float, options: Any, 
         "gravity": np.array(gravity, dtype=np.float64),
         "free": free,
         "noise": densities(robot, options),
-        "spread": spread if measured else np.zeros(robot.m),
+        "spread": noise**2 * period,  # constant over the period
+        "cells": noise,
         "period": step,
         "driven": int(takes_tensions or measured),
         "rotates": int(robot.n == 6 and (measured or not chains[:, 0].any())),

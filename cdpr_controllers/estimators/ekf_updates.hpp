@@ -86,27 +86,35 @@ inline double stretching_tension(const FilteredPlatform& p, ChainRow<double> cha
     return chain.held(own, tension, p.length[i], p.rate[i], 0.0).tension;
 }
 
+// Return the unwound length of cable i, m, at rest with a tension, N, at a pose for which `geometry` has been called.
+inline double unwound_at(const FilteredPlatform& p, const double* state, double tension, int64_t i) {
+    const ChainRow<double> chain = chain_row(p.chains, i);
+    const Line<double> cable = line(p.lines, p.w, i, vector(state), quaternion(state + 3));
+    const BentSpan<double> span = cable.span(cable.lead(), chain.span(), vector(p.gravity));
+    return unwound_length(chain, span, p.length[i], tension);
+}
+
 // Use measured unwound lengths: those of the cables, of cables that stretch the unstretched lengths at rest with these
 // tensions, N, which change in proportion. `stretched`: false at the start, where encoders measure the lengths.
 inline void use_encoders(const FilteredPlatform& p, const double* state, const double* tension, bool stretched,
                          const double* measured, const double* deviation, Correction& sum) {
     const int64_t m = p.m;
-    const Quaternion<double> q = quaternion(state + 3), back = conjugate(q);
+    const Quaternion<double> back = conjugate(quaternion(state + 3));
     Geometry<double> cables = {p.lines, state, p.matrix, p.length, p.rate, p.m, p.w};
     geometry(cables);
     for (int64_t i = 0; i < m; i++) {
         const ChainRow<double> chain = chain_row(p.chains, i);
-        double unwound = p.length[i];
-        if (stretched && chain.stretches() && tension[i] != tension[i]) continue;  // not yet measured
+        double unwound = p.length[i], noise = deviation[i];
         if (stretched && chain.stretches()) {
-            const Line<double> cable = line(p.lines, p.w, i, vector(state), q);
-            const BentSpan<double> span = cable.span(cable.lead(), chain.span(), vector(p.gravity));
-            unwound = unwound_length(chain, span, p.length[i], stretching_tension(p, chain, tension[i], i));
+            if (tension[i] != tension[i]) continue;  // not yet measured
+            const double pull = stretching_tension(p, chain, tension[i], i);
+            unwound = unwound_at(p, state, pull, i);
+            if (p.noisy) noise = hypotenuse(noise, unwound_at(p, state, pull + p.cells[i], i) - unwound);
         }
         const double share = -unwound / p.length[i];  // motion along the pull shortens a cable
         const Vector<double> u = {p.matrix[i], p.matrix[m + i], p.matrix[2 * m + i]};
         const Vector<double> moment = {p.matrix[3 * m + i], p.matrix[4 * m + i], p.matrix[5 * m + i]};
-        sum.use_pose(share * u, share * rotate(back, moment), measured[i] - unwound, deviation[i]);
+        sum.use_pose(share * u, share * rotate(back, moment), measured[i] - unwound, noise);
     }
 }
 

@@ -221,7 +221,9 @@ def commands(truth, W, pose, tension, time):
     swing = np.array([0.1, 0.08, 0.06]) * np.sin(4.0 * time) * truth.free[:3]
     turn = Rotation.from_rotvec(np.array([0.1, -0.08, 0.12]) * np.sin(3.0 * time) * truth.free[3:])
     offset = (turn * rotations(pose[3:]) * truth.turn.inv()).as_rotvec()
-    wanted = np.concatenate([100.0 * (pose[:3] + swing - truth.place) - 20.0 * truth.velocity, 100.0 * offset - 20.0 * truth.spin], 1)
+    wanted = np.concatenate(
+        [100.0 * (pose[:3] + swing - truth.place) - 20.0 * truth.velocity, 100.0 * offset - 20.0 * truth.spin], 1
+    )
     R = truth.turn.as_matrix()
     both = np.kron(np.eye(2), np.ones((3, 3))) * np.tile(R, (1, 2, 2))
     wrench = np.einsum("nij,jk,nlk,nl->ni", both, truth.M, both, wanted)
