@@ -104,7 +104,7 @@ def cdpr_estimators() -> list[PluginInfo]:
         PluginInfo(
             name="ekf",
             factory="cdpr_controllers.estimators.ekf:Ekf",
-            summary="error-state Kalman filter of the platform under the tensions as sent, from any sensors (Sola 2017)",
+            summary="error-state Kalman filter of the platform under the tensions as sent, with any sensors (Sola)",
             properties={"sensors": ("encoders",), "covariance": True, "innovation": True},
             options=EkfOptions,
         ),

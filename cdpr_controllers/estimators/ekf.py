@@ -25,11 +25,11 @@ MOST_LATE = 1000  # control steps, from a measurement to its arrival: each is re
 class Ekf(SnapshotOfArrays, Estimator):
     """Error-state Kalman filter on the nominal robot, forced by the tensions as sent.
 
-    The error state is that of Sola (2017), "Quaternion kinematics for the error-state Kalman filter", section 5, without
-    biases, and with the angular velocity in world axes: position, attitude, velocity, angular velocity. The prediction
-    is the rigid body with its centre of mass and inertia tensor under tensions, weight and a white wrench of unknown
-    origin, by the explicit midpoint rule. Its derivatives contain the stiffness of the tensions. Winches contribute
-    their inertia and friction. Blocked directions of a guided platform have no error.
+    The error state is that of Sola (2017), "Quaternion kinematics for the error-state Kalman filter", section 5, but
+    without biases, and with the angular velocity in world axes: position, attitude, velocity, angular velocity. The
+    prediction is the rigid body with its centre of mass and inertia tensor under tensions, weight and a white wrench of
+    unknown origin, by the explicit midpoint rule. Its derivatives contain the stiffness of the tensions. Winches
+    contribute their inertia and friction. Blocked directions of a guided platform have no error.
 
     Measurements are used one scalar after the other, so no matrix is inverted. If the noise is that of the model, NIS
     and NEES follow the chi-square distribution: Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking
@@ -45,7 +45,7 @@ class Ekf(SnapshotOfArrays, Estimator):
 
     The noise of a sensor follows from its nominal noise and resolution. Measurements with a delay are used at the time
     at which they were taken; the filter is then repeated up to the present. Cables that sag are rejected. Friction of
-    pulleys, the inertia of drums of elastic cables, and the damping of the cables are not in the model.
+    pulleys, and damping and vibrations of cables that stretch, are not in the model.
     """
 
     def __init__(
@@ -153,8 +153,8 @@ def _check_cables(robot: Robot, used: Sequence[SensorModel]) -> None:
     """Raise CdprError for cables that sag, and for encoders on cables that stretch under unknown tensions."""
     if bends(robot):
         raise CdprError(
-            f"ekf: the cables of '{robot.name}' sag, but the filter has a model of straight cables only; set `believed` "
-            "to a robot with another cable model, such as elastic"
+            f"ekf: the cables of '{robot.name}' sag, but the filter has a model of straight cables only; set "
+            "`believed` to a robot with another cable model, such as elastic"
         )
     kinds = {each.sensor.type for each in used}
     unknown = [
