@@ -11,6 +11,7 @@ from cdpr.base.fields import Position, Positive, Vector3, unit
 from cdpr.base.needs import Needs, of_sensor
 from cdpr.mechanics import solids
 from cdpr.native.bind import bind
+from cdpr.sensing.disturbance import Mount
 from cdpr.sensing.errors import Errors
 from cdpr.sensing.rays import solids_of
 from cdpr.sensing.sensor import Quantity, Sensor, Sources, Truth
@@ -36,6 +37,7 @@ class Markers(Sensor):
     """
 
     needs: ClassVar[Needs] = of_sensor()
+    mount: ClassVar[tuple[str, ...]] = ("place", "axes")
 
     type: Literal["markers"] = "markers"
     on: Literal["world", "platform"] = Field("world", description="body that carries the camera")
@@ -79,11 +81,12 @@ class Markers(Sensor):
         values = np.zeros(3 * count)
         attitude = np.array(self.attitude) / np.linalg.norm(self.attitude)
         middle = self.center or (0.5 * self.size[0], 0.5 * self.size[1])
+        camera = np.concatenate([self.position, attitude])
         shape = sources.robot.platform.shape
         write = bind(
             "project_markers",
             state=sources.state,
-            camera=np.concatenate([self.position, attitude]),
+            camera=camera,
             markers=np.array(self.markers),
             lens=np.array([*self.focal, *middle, *self.size], dtype=float),
             solids=solids_of(sources.obstacles),
@@ -92,4 +95,5 @@ class Markers(Sensor):
             seen=values[2 * count :],
             carried=int(self.on == "platform"),
         )
-        return Truth(values, (Operation("sensors", write, timed=True),), (values,))
+        mount = Mount(camera[:3], camera[3:])
+        return Truth(values, (Operation("sensors", write, timed=True),), (values,), mount)

@@ -33,6 +33,7 @@ from cdpr.simulation.playback import Playback
 from cdpr.simulation.record import Record
 from cdpr.simulation.sample import Sample
 from cdpr.simulation.schedule import Schedule
+from cdpr.simulation.sensors import disturb_of
 from cdpr.simulation.winding import Winding
 from cdpr.tension.command import CommandStage
 from cdpr.tension.operations import Operation, perform
@@ -83,7 +84,7 @@ class Loop:
         loads = Loads(present.view("external"), parts.backend.external)
         attached = LoopBodies(parts, present, self._rebind)
         about = parts.control_step, parts.robot, self.stage, loads, parts.settings, attached, locked, present.drive
-        self.schedule = Schedule(parts.events, *about, self.winding.brakes)
+        self.schedule = Schedule(parts.events, *about, self.winding.brakes, disturb_of(parts.more))
         self._memory = Memory(parts, present, self.stage, self.schedule, self.calls)
         # Operations that observe the plant, and the first such: made once, as the geometry of pulleys is expensive.
         self._looking, self._looking_first = (present.observing(h, self._check) for h in (parts.control_step, 0.0))

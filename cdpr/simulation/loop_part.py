@@ -148,6 +148,11 @@ class LoopPart:
         return f"the states of the {self.title} are not known"
 
     @property
+    def linear_states(self) -> tuple[Array, ...]:
+        """Return the arrays that are states of the linearised loop; by default `arrays`."""
+        return self.arrays
+
+    @property
     def all_needs(self) -> tuple[Needs, ...]:
         """Return `needs`, and the needs of moving anchors if it moves them."""
         return (of_moving_anchors(), self.needs) if self.moves_anchors else (self.needs,)

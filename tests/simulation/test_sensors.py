@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import ROOT
+from plants import installed
 from restarts import assert_restarts_give
 from scipy.spatial.transform import Rotation
 
@@ -20,7 +21,7 @@ NOISE = [
     {"type": "twist", "velocity": {"noise": 1e-3, "drift": 1e-3}, "period": 0.002, "jitter": 0.003},
     {"type": "encoders", "length": {"noise": 1e-4}},
 ]
-ENGINES = ["reference", "mujoco", "bullet", "dart"]
+ENGINES = installed("reference", "mujoco", "bullet", "dart")
 WRONG_MATRIX = 1e-3  # m: the directions of the cables are those at the seen pose, 10 mm higher
 ROUND_OFF = 1e-12  # m: truth plus noise minus truth, at lengths of some metres
 
