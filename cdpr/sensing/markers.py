@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, field_validator
@@ -75,25 +75,31 @@ class Markers(Sensor):
             Quantity("seen", count, "", "1 if the marker is seen, else 0"),
         )
 
+    def model(self) -> dict[str, Any]:
+        """Return camera and markers for the kernels: `camera`, `markers`, `lens` and `carried` of markers.hpp."""
+        attitude = np.array(self.attitude) / np.linalg.norm(self.attitude)
+        middle = self.center or (0.5 * self.size[0], 0.5 * self.size[1])
+        return {
+            "camera": np.concatenate([self.position, attitude]),
+            "markers": np.array(self.markers),
+            "lens": np.array([*self.focal, *middle, *self.size], dtype=float),
+            "carried": int(self.on == "platform"),
+        }
+
     def truth(self, sources: Sources) -> Truth:
         """Return pixels and visibility (3 k,)."""
         count = len(self.markers)
         values = np.zeros(3 * count)
-        attitude = np.array(self.attitude) / np.linalg.norm(self.attitude)
-        middle = self.center or (0.5 * self.size[0], 0.5 * self.size[1])
-        camera = np.concatenate([self.position, attitude])
+        model = self.model()
         shape = sources.robot.platform.shape
         write = bind(
             "project_markers",
             state=sources.state,
-            camera=camera,
-            markers=np.array(self.markers),
-            lens=np.array([*self.focal, *middle, *self.size], dtype=float),
+            **model,
             solids=solids_of(sources.obstacles),
             shape=solids.rows([] if shape is None else [solids.row(shape)]),
             pixels=values[: 2 * count].reshape(count, 2),
             seen=values[2 * count :],
-            carried=int(self.on == "platform"),
         )
-        mount = Mount(camera[:3], camera[3:])
+        mount = Mount(model["camera"][:3], model["camera"][3:])
         return Truth(values, (Operation("sensors", write, timed=True),), (values,), mount)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.base.errors import CdprError
+from cdpr.base.errors import CdprError, PluginError
 from cdpr.cables import commands_of, takes_lengths
 from cdpr.cables.tables import line_table
 from cdpr.fmu.export import Control, Load
@@ -22,7 +22,7 @@ from cdpr.plugins.registry import registry
 from cdpr.scenario import Scenario
 from cdpr.simulation.build import output_of
 from cdpr.simulation.columns import chosen_plugins
-from cdpr.simulation.controller_calls import observes, period_of
+from cdpr.simulation.controller_calls import corrects, observes, period_of
 from cdpr.simulation.exported_sensors import exported_sensors
 from cdpr.simulation.exported_winding import ExportedWinding
 from cdpr.simulation.needs import require
@@ -52,10 +52,11 @@ def control_of(scenario: Scenario, use: str = "controller_fmu") -> Control:
     controller = chosen["controller"].make(scenario.robot, gravity, step, scenario.controller_options)
     try:
         output = output_of(chosen["controller"], controller, commands_of(scenario.robot))
-        if observes(controller) or period_of(controller) > 1:
+        if observes(controller) or corrects(controller) or period_of(controller) > 1:
             raise CdprError(
-                f"the controller '{scenario.controller.type}' uses further inputs (`observe`) or a period of several "
-                "control steps, so it cannot be exported: choose another (--set controller.type=NAME)"
+                f"the controller '{scenario.controller.type}' uses further inputs (such as measurements), corrects the "
+                "distributed tensions, or has a period of several control steps, so it cannot be exported: choose "
+                "another (--set controller.type=NAME)"
             )
         names, solver = [scenario.controller.type], None
         if output == "wrench":
@@ -135,6 +136,11 @@ def _pipeline(
     translation = Translation(named, shared=("lines",))
     pipeline = translation.translate(calls, [Call(scenario.desired.sampler(desired))] if use == "native" else [])
     for name, tunable in controller.tunable().items():
+        if not tunable.array.flags.c_contiguous:
+            raise PluginError(
+                f"controller '{scenario.controller.type}': the array of the option '{name}' in `tunable` is not "
+                "contiguous: expected a whole array, or successive elements of one"
+            )
         array, place = translation.where(tunable.array)
         pipeline.links.append(
             Link(f"controller.{name}", 0, tunable.array.size, array, place, per_step=tunable.per_step)

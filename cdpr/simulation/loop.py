@@ -77,7 +77,7 @@ class Loop:
         self.given_state, self.given_desired = read_only(present.seen), read_only(self.desired)
         self.sample = parts.trajectory.sampler(self.desired)
         locked = present.locked
-        self.calls = ControllerCalls(parts, present.cables, locked, present.view("time"), present.sent)
+        self.calls = ControllerCalls(parts, present)
         self.winding = Winding(parts, present)
         self.stage = self.stage_of(parts.output)
         self.out = self.written(self.stage)
@@ -315,6 +315,7 @@ class Loop:
         compiled = solver.compiled if known else None
         stage_solver = StageSolver(solver.solve, parts.solver_name, parts.respects_bounds, parts.policy, compiled)
         stage = TensionStage(parts.controlled_robot, stage_solver, self.present.live, self.present.cables)
+        self.calls.correct(stage)
         self.calls.record(stage)
         return stage
 

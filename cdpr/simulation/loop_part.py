@@ -77,6 +77,7 @@ class LoopPart:
         moves_anchors: True if `anchor_motion` moves the anchors on the frame; at most one part of a loop. Its section
             declares `needs = of_moving_anchors()`, see `cdpr.base.needs`.
         needs: support that it needs, likewise; by default `of_loop_part()`: in each run, and rejected by exports.
+        measures: True if its columns are measurements, which controllers observe.
         streams: its random streams, which restart at a reset. Their names must be unique in the loop.
 
     Example:
@@ -106,6 +107,7 @@ class LoopPart:
     moves_anchors: bool = False
     needs: Needs = of_loop_part()
     streams: tuple[Stream, ...] = ()
+    measures: bool = False
 
     def connect(self, surroundings: Surroundings) -> None:
         """Receive the live arrays of the loop, before `arrays` and the operations are read."""

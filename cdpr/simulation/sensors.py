@@ -79,6 +79,7 @@ class Sensors(LoopPart):
     """
 
     name = "sensors"
+    measures = True
     needs = of_sensor(controller_fmu=YES)
 
     def __init__(
