@@ -33,7 +33,14 @@ SENSORS: dict[str, list[dict[str, Any]]] = {
     "tension": [{"type": "tension", "tension": NOISE}],
     "imu": [{"type": "imu", "force": NOISE, "turn_rate": NOISE}],
     "receiver": [{"type": "receiver", "position": NOISE}],
+    "encoders and Kalman filter": [{"type": "encoders", "length": NOISE}],
 }
+FILTERED = "encoders and Kalman filter"
+
+
+def overrides_of(name: str) -> dict[str, Any]:
+    """Return the keys of a scenario with these sensors."""
+    return {"sensors": SENSORS[name], **({"estimator": {"type": "ekf"}} if name == FILTERED else {})}
 
 
 def measure() -> dict[str, float]:
@@ -41,8 +48,8 @@ def measure() -> dict[str, float]:
     steps: dict[str, list[float]] = {name: [] for name in SENSORS}
     matrix, pinvs = np.random.default_rng(0).normal(size=(6, 8)), []
     for _ in range(RUNS):
-        for name, sensors in SENSORS.items():
-            scenario = load_scenario(SCENARIOS / "caroca.yaml", overrides={"sensors": sensors})
+        for name in SENSORS:
+            scenario = load_scenario(SCENARIOS / "caroca.yaml", overrides=overrides_of(name))
             add_steps(scenario, steps[name], lambda: pinvs.append(pinv_cost(matrix)))
     least = {name: min(each) / min(pinvs) for name, each in steps.items()}
     plain = least.pop("none")
@@ -55,9 +62,9 @@ def measure_rollouts() -> dict[str, float]:
     matrix, pinvs = np.random.default_rng(0).normal(size=(6, 8)), []
     for _ in range(ROLLOUTS):
         pinvs.append(pinv_cost(matrix))
-        for name, sensors in SENSORS.items():
+        for name in SENSORS:
             for duration in (SHORT, LONG):
-                overrides = {"simulation.duration": duration, "sensors": sensors}
+                overrides = {"simulation.duration": duration, **overrides_of(name)}
                 seeds, start = {"simulation.seed": list(range(CASES))}, time.process_time()
                 cdpr.rollout("caroca", CASES, vary=seeds, overrides=overrides, columns=["position"], threads=1)
                 took = time.process_time() - start

@@ -4,6 +4,7 @@
 #include <cdpr/cholesky.hpp>
 #include <cdpr/field.hpp>
 #include <cdpr/rotation.hpp>
+#include <cdpr/twelve.hpp>
 
 namespace cdpr::CDPR_TARGET {
 
@@ -44,10 +45,9 @@ struct EstimateError {
     const double* covariance;  // (12, 12), as `Estimator.covariance`
     double* sigma;             // (12), standard deviations
     double* nees;              // (1), normalised estimation error squared; NaN if the covariance is singular
-    double* error;             // (12), work space
     double* factor;            // (12, 12), work space
     static constexpr char fields[] =
-        "state(13), estimate(13), covariance(12, 12), sigma(12), nees(1), work error(12), work factor(12, 12)";
+        "state(13), estimate(13), covariance(12, 12), sigma(12), nees(1), work factor(12, 12)";
 };
 
 // Write standard deviations and e^T P^-1 e of the errors that have a variance: Bar-Shalom, Li, Kirubarajan, Estimation
@@ -58,24 +58,27 @@ inline int judge_estimate(EstimateError& p) {
     store(logarithm(q), error + 3);
     for (int i = 0; i < 3; i++) error[i] = p.state[i] - p.estimate[i];
     for (int i = 6; i < 12; i++) error[i] = p.state[1 + i] - p.estimate[1 + i];
-    int rows[12], n = 0;
     for (int i = 0; i < 12; i++) {
-        const double variance = p.covariance[13 * i];
-        p.sigma[i] = square_root(larger(variance, 0.0));
-        if (variance > 0.0) rows[n++] = i;
+        p.sigma[i] = square_root(larger(p.covariance[13 * i], 0.0));
+        store(twelve(p.covariance + 12 * i), p.factor + 12 * i);
     }
-    const Matrix<double> L = {p.factor, 12};
-    for (int k = 0; k < n; k++) {
-        p.error[k] = error[rows[k]];
-        for (int j = 0; j <= k; j++) L(k, j) = p.covariance[12 * rows[k] + rows[j]];
-    }
-    const bool regular = n > 0 && factorise(L, n, 0.0);
     double squares = 0.0;
-    for (int k = 0; k < n && regular; k++) {
-        p.error[k] = difference(p.error[k], 0, k, [&](int64_t j) { return L(k, j) * p.error[j]; }) / L(k, k);
-        squares += p.error[k] * p.error[k];
+    bool some = false, regular = true;
+    for (int k = 0; k < 12 && regular; k++) {  // eliminate one error after the other: L D L^T
+        const double variance = p.covariance[13 * k], left = p.factor[13 * k];
+        if (!(variance > 0.0)) continue;
+        some = true;
+        regular = left > SINGULAR * variance;
+        const double inverse = 1.0 / left;
+        squares += error[k] * error[k] * inverse;
+        const Twelve row = twelve(p.factor + 12 * k);
+        for (int i = k + 1; i < 12; i++) {
+            const double share = p.factor[12 * i + k] * inverse;
+            store(twelve(p.factor + 12 * i) - share * row, p.factor + 12 * i);
+            error[i] -= share * error[k];
+        }
     }
-    *p.nees = regular ? squares : NOT_A_NUMBER;
+    *p.nees = some && regular ? squares : NOT_A_NUMBER;
     return 0;
 }
 

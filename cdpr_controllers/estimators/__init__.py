@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import Field
 
 from cdpr.base.defaults import ESTIMATOR
-from cdpr.base.fields import NonNegative, Positive, unit
+from cdpr.base.fields import MAX_MAGNITUDE, NonNegative, Positive, unit
 from cdpr.plugins import Column, PluginInfo, PluginOptions, hookimpl
 
 RESIDUAL = Column(
@@ -43,6 +43,39 @@ class ComplementaryOptions(PluginOptions):
     )
 
 
+Deviation = Annotated[NonNegative, Field(le=MAX_MAGNITUDE)]
+
+
+class EkfOptions(PluginOptions):
+    """Options of the estimator `ekf`."""
+
+    force_noise: Deviation | None = Field(
+        None,
+        description="density of the unknown force on the platform, white noise; default: 0.001 of the weight",
+        json_schema_extra=unit("N sqrt(s)"),
+    )
+    moment_noise: Deviation | None = Field(
+        None,
+        description="density of the unknown moment; default: that of the force times the characteristic length",
+        json_schema_extra=unit("N m sqrt(s)"),
+    )
+    noise_floor: Annotated[float, Field(gt=0.0, le=MAX_MAGNITUDE)] = Field(
+        1e-6, description="smallest standard deviation of a measured value, in its unit; for sensors without noise"
+    )
+    position_error: Deviation = Field(
+        0.01, description="standard deviation of the position at the start", json_schema_extra=unit("m")
+    )
+    rotation_error: Deviation = Field(
+        0.01, description="standard deviation of the attitude at the start", json_schema_extra=unit("rad")
+    )
+    velocity_error: Deviation = Field(
+        0.01, description="standard deviation of the velocity at the start", json_schema_extra=unit("m/s")
+    )
+    turn_rate_error: Deviation = Field(
+        0.01, description="standard deviation of the angular velocity at the start", json_schema_extra=unit("rad/s")
+    )
+
+
 @hookimpl
 def cdpr_estimators() -> list[PluginInfo]:
     """Return the built-in estimators."""
@@ -67,5 +100,12 @@ def cdpr_estimators() -> list[PluginInfo]:
             summary="integrated IMU, corrected by a measured pose or by forward kinematics (Mahony et al. 2008)",
             properties={"sensors": ("imu", "encoders")},
             options=ComplementaryOptions,
+        ),
+        PluginInfo(
+            name="ekf",
+            factory="cdpr_controllers.estimators.ekf:Ekf",
+            summary="error-state Kalman filter of the platform under the tensions as sent, with any sensors (Sola)",
+            properties={"sensors": ("encoders",), "covariance": True, "innovation": True},
+            options=EkfOptions,
         ),
     ]

@@ -17,7 +17,7 @@ from cdpr.plugins.registry import registry
 CAROCA = str(ROOT / "scenarios" / "caroca.yaml")
 SHORT = {"simulation.duration": 0.05}
 ENCODERS = [{"type": "encoders", "length": {"noise": 1e-4}}, {"type": "imu", "point": [0.1, 0.0, 0.2]}]
-ESTIMATORS = ["forward_kinematics", "complementary"]
+ESTIMATORS = ["forward_kinematics", "complementary", "ekf"]
 STATE = "position", "orientation", "velocity", "angular_velocity"
 SPREAD = np.array([1e-3, 2e-3, 3e-3, 1e-2, 2e-2, 3e-2, 0.1, 0.2, 0.3, 0.4, 0.5, 0.6])  # standard deviations
 ROUND_OFF = 1e-9  # relative, of a quotient of squares

@@ -4,6 +4,7 @@
 #include <cdpr_controllers/cable_length.hpp>
 #include <cdpr_controllers/computed_torque.hpp>
 #include <cdpr_controllers/estimators/complementary.hpp>
+#include <cdpr_controllers/estimators/ekf.hpp>
 #include <cdpr_controllers/estimators/forward_kinematics.hpp>
 #include <cdpr_controllers/estimators/length_fit.hpp>
 #include <cdpr_controllers/inverse_kinematics.hpp>
@@ -24,6 +25,8 @@ static constexpr cdpr_entry entries[] = {
     entry<TensionFeedback, tension_feedback>("tension_feedback"),
     entry<CableLengthControl, cable_length>("cable_length"),
     entry<InverseKinematics, inverse_kinematics>("inverse_kinematics"),
+    entry<KalmanFilter, kalman_filter>("kalman_filter"),
+    entry<ArrivingMeasurement, take_measurement>("take_measurement"),
     entry<VisualServo, visual_servo>("visual_servo"),
     entry<LengthFit, fit_lengths>("fit_lengths"),
     entry<PoseDifferences, pose_differences>("pose_differences"),

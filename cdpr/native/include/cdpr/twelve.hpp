@@ -1,0 +1,56 @@
+// Twelve doubles side by side, such as a row of a covariance. SPDX-License-Identifier: Apache-2.0
+//
+// Operations act on each number, so the bits do not depend on the registers.
+#pragma once
+
+#include <cdpr/lanes.hpp>
+
+namespace cdpr::CDPR_TARGET {
+
+#ifdef CDPR_LANES
+constexpr int PIECE = PART < 4 ? 2 : 4;  // numbers in a register
+typedef double Piece __attribute__((vector_size(8 * PIECE), aligned(8), may_alias));
+#else
+constexpr int PIECE = 1;
+typedef double Piece;
+#endif
+
+struct Twelve {
+    static constexpr int PIECES = 12 / PIECE;
+
+    Piece piece[PIECES];
+
+    Twelve() = default;
+    CDPR_INLINE Twelve(const Twelve& other) { *this = other; }
+    CDPR_INLINE Twelve& operator=(const Twelve& other) {  // register by register, as for Lanes
+        for (int i = 0; i < PIECES; i++) piece[i] = other.piece[i];
+        return *this;
+    }
+};
+
+template <class Function> CDPR_INLINE Twelve each_piece(Function function) {
+    Twelve found;
+    for (int i = 0; i < Twelve::PIECES; i++) found.piece[i] = function(i);
+    return found;
+}
+
+// Read twelve numbers of an array.
+CDPR_INLINE Twelve twelve(const double* array) {
+    return each_piece([&](int i) -> Piece { return *reinterpret_cast<const Piece*>(array + PIECE * i); });
+}
+
+CDPR_INLINE void store(const Twelve& row, double* array) {
+    for (int i = 0; i < Twelve::PIECES; i++) *reinterpret_cast<Piece*>(array + PIECE * i) = row.piece[i];
+}
+
+CDPR_INLINE Twelve operator+(const Twelve& a, const Twelve& b) {
+    return each_piece([&](int i) -> Piece { return a.piece[i] + b.piece[i]; });
+}
+CDPR_INLINE Twelve operator-(const Twelve& a, const Twelve& b) {
+    return each_piece([&](int i) -> Piece { return a.piece[i] - b.piece[i]; });
+}
+CDPR_INLINE Twelve operator*(double factor, const Twelve& a) {
+    return each_piece([&](int i) -> Piece { return factor * a.piece[i]; });
+}
+
+}  // namespace cdpr::CDPR_TARGET

@@ -1,0 +1,86 @@
+"""Nominal platform of an extended Kalman filter: the arguments of its prediction."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from cdpr.cables import TENSION, commands_of
+from cdpr.cables.tables import chain_table, line_table
+from cdpr.model import Robot
+from cdpr.model.robot import Array
+
+# Default densities of the unknown wrench, as shares of the weight (sqrt(s)): of models that are good, and without known
+# tensions, when it is all of the wrench that accelerates the platform.
+KNOWN, UNKNOWN = 1e-3, 0.1
+STANDARD_GRAVITY = 9.80665  # m/s^2
+
+
+def inverse_mass_matrix(inertial: Array) -> Array:
+    """Return the inverse mass matrix about the platform's origin, platform axes.
+
+    Args:
+        inertial: (13,), `Robot.inertial`.
+
+    Returns:
+        (6, 6), SI units.
+    """
+    mass, c, inertia = inertial[0], inertial[1:4], inertial[4:].reshape(3, 3)
+    lever = np.cross(np.eye(3), c)  # lever @ x = c x x
+    matrix = np.block([[mass * np.eye(3), -mass * lever], [mass * lever, inertia - mass * lever @ lever]])
+    inverse = np.linalg.inv(matrix)
+    return np.asarray(0.5 * (inverse + inverse.T))
+
+
+def densities(robot: Robot, options: Any) -> Array:
+    """Return the densities of the unknown wrench.
+
+    Args:
+        robot: nominal robot.
+        options: options of the filter.
+
+    Returns:
+        (2, 2), of force, N^2 s, and moment, (N m)^2 s: with known tensions, and without.
+    """
+    weight = robot.platform.mass * STANDARD_GRAVITY
+    force = [KNOWN * weight if options.force_noise is None else options.force_noise, UNKNOWN * weight]
+    moment = [each * robot.characteristic_length for each in force]
+    if options.moment_noise is not None:
+        moment[0] = options.moment_noise
+    return np.square([[force[0], moment[0]], [force[1], moment[1]]])
+
+
+def platform_arguments(
+    robot: Robot, gravity: Array, step: float, options: Any, cells: tuple[Array, float] | None
+) -> dict[str, Any]:
+    """Return the arguments of the prediction, by name: `FilteredPlatform` in ekf_prediction.hpp.
+
+    Args:
+        robot: nominal robot.
+        gravity: (3,), m/s^2, world.
+        step: control period, s.
+        options: options of the filter.
+        cells: standard deviations of measured tensions (m,), N, and time between them, s; None without load cells.
+    """
+    chains = chain_table(robot)
+    free = np.zeros(6)
+    free[robot.rows] = 1.0
+    takes_tensions = set(commands_of(robot)) == {TENSION}
+    measured = cells is not None and not takes_tensions
+    noise, period = cells if cells is not None and measured else (np.zeros(robot.m), step)
+    return {
+        "lines": np.array(line_table(robot)),
+        "chains": np.array(chains),
+        "inertial": robot.inertial.copy(),
+        "inverse": inverse_mass_matrix(robot.inertial),
+        "gravity": np.array(gravity, dtype=np.float64),
+        "free": free,
+        "noise": densities(robot, options),
+        "spread": noise**2 * period,  # constant over the period
+        "cells": noise,
+        "period": step,
+        "driven": int(takes_tensions or measured),
+        "rotates": int(robot.n == 6 and (measured or not chains[:, 0].any())),
+        "noisy": int(measured),
+    }
