@@ -7,14 +7,18 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from cdpr.base.columns import CABLES, WORLD
 from cdpr.base.fields import MAX_MAGNITUDE
 from cdpr.fmu.read.options import FMU, FmuFile
 from cdpr.link.options import REMOTE, PeerOptions
-from cdpr.plugins import FileName, PluginInfo, PluginOptions, hookimpl
+from cdpr.plugins import Column, FileName, PluginInfo, PluginOptions, hookimpl
 from cdpr_controllers.estimators import cdpr_estimators as cdpr_estimators  # a hook of this module, too
 
 Gain = Annotated[float, Field(ge=0.0, le=MAX_MAGNITUDE)]
 Gains = Gain | Annotated[tuple[Gain, Gain, Gain, Gain, Gain, Gain], Field(strict=False)]
+Pair = Gain | Annotated[tuple[Gain, Gain], Field(strict=False)]
+Layer = Annotated[float, Field(gt=0.0, le=MAX_MAGNITUDE)]
+PositivePair = Layer | Annotated[tuple[Layer, Layer], Field(strict=False)]
 CableGains = Gain | Annotated[tuple[Gain, ...], Field(strict=False, min_length=1)]
 
 
@@ -73,6 +77,65 @@ class PidOptions(PluginOptions):
     )
 
 
+class TensionFeedbackOptions(ComputedTorqueOptions):
+    """Options of the controller `tension_feedback`."""
+
+    sensor: str | None = Field(None, description="name of the sensor of tensions; default: the first one")
+    gain: CableGains = Field(
+        0.5, description="share of the tension error that is added at once, a number or one per cable"
+    )
+    integral_gain: CableGains = Field(
+        50.0, description="integral gain, a number or one per cable", json_schema_extra={"unit": "1/s"}
+    )
+    integral_limit: CableGains = Field(
+        500.0, description="largest tension of the integral, a number or one per cable", json_schema_extra={"unit": "N"}
+    )
+
+
+class SlidingModeOptions(PluginOptions):
+    """Options of the controller `sliding_mode`; a pair has a value for the position and one for the attitude."""
+
+    slope: Pair = Field(
+        10.0,
+        description="decay rate of the error on the surface, a number or two: position, attitude",
+        json_schema_extra={"unit": "1/s"},
+    )
+    gain: Pair = Field(
+        3.0,
+        description="acceleration towards the surface, above that of all disturbances, a number or two",
+        json_schema_extra={"unit": "m/s^2 and rad/s^2"},
+    )
+    layer: PositivePair = Field(
+        0.06,
+        description="thickness of the boundary layer about the surface, a number or two",
+        json_schema_extra={"unit": "m/s and rad/s"},
+    )
+
+
+class AdaptiveOptions(PluginOptions):
+    """Options of the controller `adaptive`."""
+
+    slope: Gain = Field(10.0, description="decay rate of the error while s is 0", json_schema_extra={"unit": "1/s"})
+    kd: Gain = Field(10.0, description="decay rate of s with the true mass", json_schema_extra={"unit": "1/s"})
+    mass_gain: Gain = Field(
+        0.25,
+        description="adaptation of the mass, relative to the nominal mass; 0: none",
+        json_schema_extra={"unit": "s^2/m^2"},
+    )
+    center_gain: Gain = Field(
+        0.04, description="adaptation of the centre of mass; 0: none", json_schema_extra={"unit": "s^2"}
+    )
+    mass_min: float = Field(0.2, ge=0.01, le=1.0, description="lowest estimate, a multiple of the nominal mass")
+    mass_max: float = Field(5.0, ge=1.0, le=100.0, description="highest estimate, a multiple of the nominal mass")
+    center_max: float = Field(
+        0.5,
+        ge=0.0,
+        le=MAX_MAGNITUDE,
+        description="largest distance of the estimated centre of mass from the platform's origin along each axis",
+        json_schema_extra={"unit": "m"},
+    )
+
+
 class CableLengthOptions(PluginOptions):
     """Options of the controller `cable_length`; the gains suit platforms of about 100 kg."""
 
@@ -108,6 +171,29 @@ class InverseKinematicsOptions(PluginOptions):
     )
     flex_compensation: bool = Field(
         False, description="shorten the cables by the stretch under the tensions that hold the platform"
+    )
+
+
+class VisualServoOptions(PluginOptions):
+    """Options of the controller `visual_servo`."""
+
+    kp: Gains = Field(
+        25.0,
+        description="proportional gain, one number or six: x, y, z, rx, ry, rz",
+        json_schema_extra={"unit": "1/s^2"},
+    )
+    kd: Gains = Field(
+        10.0,
+        description="damping gain, one number or six: x, y, z, rx, ry, rz",
+        json_schema_extra={"unit": "1/s"},
+    )
+    interaction: Literal["desired", "current", "mean"] = Field(
+        "mean", description="pose of the interaction matrix: the desired or the estimated one, or the mean of both"
+    )
+    smoothing: Annotated[float, Field(gt=0.0, le=10.0)] = Field(
+        0.1,
+        description="time constant of the filter that estimates error and velocity from the images",
+        json_schema_extra={"unit": "s"},
     )
 
 
@@ -174,6 +260,39 @@ def cdpr_controllers() -> list[PluginInfo]:
             changeable=("kp", "ki", "kd", "integral_limit"),
         ),
         PluginInfo(
+            name="tension_feedback",
+            factory="cdpr_controllers.tension_feedback:TensionFeedback",
+            summary="computed torque, and a PI law per cable on its measured tension around the distributed one",
+            properties={"output": "wrench", "features": ("moving_anchors",), "sensors": ("tension",)},
+            options=TensionFeedbackOptions,
+            columns=(Column("distributed_tension", CABLES, "N", "Tensions that the inner loop follows"),),
+            changeable=("kp", "kd", "gain", "integral_gain", "integral_limit"),
+        ),
+        PluginInfo(
+            name="sliding_mode",
+            factory="cdpr_controllers.sliding_mode:SlidingMode",
+            summary="sliding mode with a boundary layer: bounded errors under bounded disturbances",
+            properties={"output": "wrench", "features": ("moving_anchors",)},
+            options=SlidingModeOptions,
+            columns=(
+                Column("sliding_velocity", 3, "m/s", "Sliding variable of the position", WORLD),
+                Column("sliding_turn_rate", 3, "rad/s", "Sliding variable of the attitude", WORLD),
+            ),
+            changeable=("slope", "gain", "layer"),
+        ),
+        PluginInfo(
+            name="adaptive",
+            factory="cdpr_controllers.adaptive:Adaptive",
+            summary="computed torque that estimates the mass and the centre of mass (Slotine and Li)",
+            properties={"output": "wrench", "features": ("moving_anchors",)},
+            options=AdaptiveOptions,
+            columns=(
+                Column("estimated_mass", 1, "kg", "Mass that the controller uses"),
+                Column("estimated_center", 3, "m", "Centre of mass that the controller uses", "platform axes"),
+            ),
+            changeable=("slope", "kd", "mass_gain", "center_gain"),
+        ),
+        PluginInfo(
             name="cable_length",
             factory="cdpr_controllers.cable_length:CableLength",
             summary="PID control of each cable length, plus tensions that hold the platform; estimates the pose",
@@ -187,6 +306,19 @@ def cdpr_controllers() -> list[PluginInfo]:
             summary="unwound lengths or rates of the cables for the desired pose, without feedback; flex compensation",
             properties={"output": "command", "feedback": False},
             options=InverseKinematicsOptions,
+        ),
+        PluginInfo(
+            name="visual_servo",
+            factory="cdpr_controllers.visual_servo:VisualServo",
+            summary="image-based visual servoing on the markers in a camera's image, with computed torque",
+            properties={"output": "wrench", "sensors": ("markers",)},
+            options=VisualServoOptions,
+            columns=(
+                Column("servo_error", 1, "px", "Root mean square distance of the markers from their desired pixels"),
+                Column("servo_markers", 1, "", "Number of markers seen in the last image"),
+                Column("servo_age", 1, "s", "Time since the last image from which the pose followed"),
+            ),
+            changeable=("kp", "kd"),
         ),
         PluginInfo(
             name=FMU,

@@ -1,8 +1,9 @@
-"""Compiled control laws for calls with changing arrays, and the base class of those with gains."""
+"""Compiled control laws for calls with changing arrays, and base classes of those that compute a wrench."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -35,10 +36,11 @@ class Law:
         out[:] = self._out
 
 
-class GainLaw(SnapshotOfArrays, Controller):
-    """Controller whose compiled law has proportional and damping gains.
+class WrenchLaw(SnapshotOfArrays, Controller):
+    """Controller with a compiled law that computes a wrench from gains, and the mass properties of the robot.
 
     Args:
+        gains: array of the law's gains, written by `change`.
         more: further arrays of the law.
 
     Attributes:
@@ -48,16 +50,17 @@ class GainLaw(SnapshotOfArrays, Controller):
     operation: ClassVar[str]
     arrays: tuple[Array, ...] = ()
 
-    def __init__(self, robot: Robot, gravity: Array, control_step: float, options: Any, **more: Array) -> None:
+    def __init__(
+        self, robot: Robot, gravity: Array, control_step: float, options: Any, gains: Array, **more: Array
+    ) -> None:
         super().__init__(robot, gravity, control_step, options)
         body = {"inertial": robot.inertial.copy(), "gravity": np.array(gravity, dtype=np.float64)}
-        self._given = {"gains": np.zeros(12), **body, **more}
+        self._given = {"gains": gains, **body, **more}
         self.change(options)
-        self._law = Law(self.compiled, 6)
 
-    def change(self, options: Any) -> None:
-        """Set new gains."""
-        self._given["gains"][:6], self._given["gains"][6:] = options.kp, options.kd
+    @cached_property
+    def _law(self) -> Law:
+        return Law(self.compiled, 6)
 
     def renew(self, robot: Robot) -> bool:
         """Use the mass properties of another platform."""
@@ -69,11 +72,31 @@ class GainLaw(SnapshotOfArrays, Controller):
         """Write the wrench (6,)."""
         self._law(state, desired, wrench)
 
+    def compiled(self, state: Array, desired: Array, out: Array) -> Callable[[], object]:
+        """Return the law bound to these arrays."""
+        return bind(self.operation, **self._given, state=state, desired=desired, wrench=out)
+
+    def _give(self, **arrays: Array) -> None:
+        """Replace arrays of the law."""
+        self._given |= arrays
+        vars(self).pop("_law", None)
+
+
+class GainLaw(WrenchLaw):
+    """Controller whose compiled law has proportional and damping gains.
+
+    Args:
+        more: further arrays of the law.
+    """
+
+    def __init__(self, robot: Robot, gravity: Array, control_step: float, options: Any, **more: Array) -> None:
+        super().__init__(robot, gravity, control_step, options, np.zeros(12), **more)
+
+    def change(self, options: Any) -> None:
+        """Set new gains."""
+        self._given["gains"][:6], self._given["gains"][6:] = options.kp, options.kd
+
     def tunable(self) -> Mapping[str, Tunable]:
         """Return the gains."""
         kp, kd = self._given["gains"][:6], self._given["gains"][6:]
         return {"kp": Tunable(kp, kp.copy()), "kd": Tunable(kd, kd.copy())}
-
-    def compiled(self, state: Array, desired: Array, out: Array) -> Callable[[], object]:
-        """Return the law bound to these arrays."""
-        return bind(self.operation, **self._given, state=state, desired=desired, wrench=out)

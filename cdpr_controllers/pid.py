@@ -10,7 +10,7 @@ import numpy as np
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.plugins.controller import Tunable
-from cdpr_controllers.law import GainLaw, Law
+from cdpr_controllers.law import GainLaw
 
 
 class Pid(GainLaw):
@@ -46,8 +46,7 @@ class Pid(GainLaw):
 
     def connect(self, report: Array) -> None:
         """Read the result of the wrench from the report of the tension stage."""
-        self._given["report"] = report
-        self._law = Law(self.compiled, 6)
+        self._give(report=report)
 
     def tunable(self) -> Mapping[str, Tunable]:
         """Return the gains and limits."""

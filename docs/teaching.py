@@ -1,32 +1,30 @@
 """Draw the pictures of teaching.md and write its tables, from runs of the scenarios in this repository.
 
-Run: python docs/teaching.py (a minute). The figures are in teaching.json; tests compare the tables with it, and the
-output of the page's commands with the tables.
+Run: python docs/teaching.py (a minute), or with the name of a table, such as `controllers`, only its runs. The figures
+are in teaching.json; tests compare the tables with it, and the output of the page's commands with the tables.
 """
 
 from __future__ import annotations
 
 import json
-import shlex
-from collections.abc import Mapping
+import sys
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from marked import rewritten, table
+from teaching_controllers import SHOWN_CASE, controllers, cost_table, error_table
+from teaching_runs import RESULTS, Figures, command, number, results, simulate
 
-import cdpr
-from cdpr.base.errors import SimulationStopped
 from cdpr.log.run import Run
 from cdpr.ui.report.figures.canvas import Axes, Chart, inline_svg, styled
 from cdpr.ui.report.figures.surface import SUPERSCRIPT
 from cdpr.ui.report.style import AXES, CABLES, INK, SOFT
 
 HERE = Path(__file__).parent
-SCENARIOS = HERE.parent / "scenarios"
-PAGE, RESULTS = HERE / "teaching.md", HERE / "teaching.json"
+PAGE = HERE / "teaching.md"
 WIDTH = 7.6  # in
-LINE = 116  # letters of a command, and " \\"
 
 # Nine cables pull a box of 20 kg through their frame: solvers.
 SOLVERS = {
@@ -65,16 +63,6 @@ BACKENDS = ("reference", "mujoco", "bullet", "dart")
 STEPS = (0.004, 0.002, 0.001, 0.0005)  # s
 PERIOD, FINEST = 0.004, 0.0000625  # s
 ENGINE_COLOURS = dict(zip(BACKENDS, (INK, *AXES), strict=True))
-
-Figures = Mapping[str, Any]
-
-
-def simulate(scenario: str, changes: Mapping[str, Any], **choice: str) -> Run:
-    """Run a scenario; a run that diverged is a result."""
-    try:
-        return cdpr.simulate(SCENARIOS / scenario, overrides=changes, **choice)
-    except SimulationStopped as stop:
-        return cast("Run", stop.run)
 
 
 def solvers() -> tuple[Figures, Chart]:
@@ -271,16 +259,6 @@ def power_ticks(axis: Any) -> None:
     axis.set_major_formatter(lambda value, _: "10" + f"{np.log10(value):.0f}".translate(SUPERSCRIPT))
 
 
-def number(value: float | None) -> str:
-    """Three digits; powers of ten for what is very small."""
-    return "diverged" if value is None else f"{value:.2g}" if value < 0.01 else f"{value:.3g}"
-
-
-def results() -> Figures:
-    """Return the content of teaching.json."""
-    return json.loads(RESULTS.read_text())  # type: ignore[no-any-return]
-
-
 def solver_table() -> str:
     """Tensions and error of each solver."""
     rows = [
@@ -334,21 +312,6 @@ def engine_table() -> str:
     return table(["distance (mm)", *(f"`{name}`" for name in found)], rows)
 
 
-def command(verb: str, scenario: str, changes: Mapping[str, Any], **options: str) -> str:
-    """A command as a reader types it, with an argument that needs the room on a line of its own."""
-    words = [f"$ cdpr {verb} scenarios/{scenario}", *(f"--{name} {value}" for name, value in options.items())]
-    for key, value in changes.items():
-        words.append("--set " + shlex.quote(f"{key}={value if isinstance(value, str) else json.dumps(value)}"))
-    lines = [words[0]]
-    for word in words[1:]:
-        if len(lines[-1]) + len(word) < LINE:
-            lines[-1] += " " + word
-        else:
-            lines[-1] += " \\"
-            lines.append("    " + word)
-    return "\n".join(["```console", *lines, "```"])
-
-
 # For each table, what gives one of its rows.
 COMMANDS = {
     "solvers": lambda: command("run", "caroca.yaml", NINE, solver="maximin"),
@@ -356,6 +319,7 @@ COMMANDS = {
     "rates": lambda: command("run", "thesis_ch6.yaml", rate_changes(RATES["1 kHz"], 205), solver="pseudo_inverse"),
     "steps": lambda: command("compare", "caroca.yaml", step_changes(0.002), backends="reference,mujoco"),
     "engines": lambda: command("compare", "caroca.yaml", step_changes(0.001), backends=",".join(BACKENDS)),
+    "controllers": lambda: command("run", "caroca.yaml", SHOWN_CASE, controller="sliding_mode"),
 }
 TABLES = {
     "solvers": solver_table,
@@ -363,6 +327,8 @@ TABLES = {
     "rates": rate_table,
     "steps": step_table,
     "engines": engine_table,
+    "controllers": error_table,
+    "costs": cost_table,
 }
 LABELS = {
     "solvers": "Tensions of the same move by four solvers",
@@ -378,19 +344,25 @@ def updated(text: str) -> str:
     return rewritten(text, {**TABLES, **{f"command of {name}": text for name, text in COMMANDS.items()}})
 
 
-def main() -> None:
-    """Run, draw and write."""
+def main(only: Sequence[str]) -> None:
+    """Run, draw and write; only some experiments, if they are given."""
     found, charts = {}, {}
-    found["solvers"], charts["solvers"] = solvers()
-    found["gains"], charts["gains"] = gains()
-    found["rates"], charts["rates"] = rates()
-    found["steps"], charts["steps"], found["engines"], charts["engines"] = steps_and_engines()
+    if not only or "solvers" in only:
+        found["solvers"], charts["solvers"] = solvers()
+    if not only or "gains" in only:
+        found["gains"], charts["gains"] = gains()
+    if not only or "rates" in only:
+        found["rates"], charts["rates"] = rates()
+    if not only or {"steps", "engines"} & set(only):
+        found["steps"], charts["steps"], found["engines"], charts["engines"] = steps_and_engines()
+    if not only or "controllers" in only:
+        found["controllers"] = controllers()
     plain = json.loads(json.dumps(found, default=float), parse_float=lambda text: float(f"{float(text):.5g}"))
-    RESULTS.write_text(json.dumps(plain, indent=1) + "\n")
-    for name, label in LABELS.items():
-        (HERE / f"teaching_{name}.svg").write_text(inline_svg(charts[name], name, label) + "\n")
+    RESULTS.write_text(json.dumps({**results(), **plain}, indent=1) + "\n")
+    for name, chart in charts.items():
+        (HERE / f"teaching_{name}.svg").write_text(inline_svg(chart, name, LABELS[name]) + "\n")
     PAGE.write_text(updated(PAGE.read_text()))
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

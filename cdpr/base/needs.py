@@ -185,13 +185,21 @@ def of_drives() -> Needs:
     return of_run(plant_fmu=at_once, controller_fmu=at_once, mjcf=apart, sdf=apart, urdf=apart)
 
 
-def of_sensor() -> Needs:
-    """Return the needs of a sensor: it is in all runs; the state that an exported controller sees is its input."""
+def of_sensor(**others: Support) -> Needs:
+    """Return the needs of a sensor: it is in all runs; the state that an exported controller sees is its input.
+
+    An exported plant with controller contains the sensors of the state that its controller sees; others are omitted.
+    """
     apart = left_out("sensors are not exported")
-    true = no("its controller would see the true state")
+    recorded = left_out("only the sensors that the controller uses are exported")
     given = left_out("the state that it sees is an input")
     exports = dict.fromkeys(("plant_fmu", "mjcf", "sdf", "urdf"), apart)
-    return of_run(**exports, controller_fmu=true, bare_controller_fmu=given, native=given)
+    return of_run(**{**exports, "controller_fmu": recorded, "bare_controller_fmu": given, "native": given, **others})
+
+
+def of_estimator() -> Needs:
+    """Return the needs of an estimator: as those of a sensor, but no export contains it."""
+    return of_sensor(controller_fmu=no("its controller would see the true state"))
 
 
 def of_loop_part() -> Needs:

@@ -58,6 +58,7 @@ class Header:
     believed: str = ""  # differences of the nominal model of controller and solver, in one line
     limit_changes: LimitChanges = ()  # changes of tension limits by events
     spans: tuple[dict[str, Any] | None, ...] = ()  # spans of cables that sag, if any
+    sensors: tuple[dict[str, Any], ...] = ()  # sections of the sensors, each with its name
     works: tuple[tuple[str, str], ...] = ()  # further sources of work, each with its column; "" if it is unknown
 
     def __repr__(self) -> str:
@@ -109,7 +110,9 @@ class Header:
         """Display data of the robot."""
         from cdpr.cables import read_exits  # takes long to import
         from cdpr.scene import Subject
+        from cdpr.scene.sensors import sensor_drawings
 
+        extent = float(np.linalg.norm(np.ptp(np.array(self.anchors)[:, :3], axis=0)))
         return Subject(
             cables=self.cables,
             anchors=np.array(self.anchors, dtype=np.float64).reshape(-1, 6),
@@ -123,6 +126,7 @@ class Header:
             gravity=self.gravity,
             broken=self.broken,
             tools=self.tools,
+            sensors=sensor_drawings(self.sensors, extent or self.characteristic_length),
             led=self.tool,
         )
 
@@ -145,6 +149,7 @@ class Header:
                 (time, tuple(low), tuple(high)) for time, low, high in data["limit_changes"]
             )
         exits, spans = tuple(data.get("exits", ())), tuple(data.get("spans", ()))
+        tables["sensors"] = tuple(data.get("sensors", ()))
         if "tools" in data:
             tables["tools"] = {name: tuple(point) for name, point in data["tools"].items()}
         columns = [Column(**{**column, "places": tuple(column["places"])}) for column in data.get("columns", ())]
@@ -167,4 +172,5 @@ NEWER: dict[str, object] = {
     "limit_changes": (),
     "works": (),
     "spans": (),
+    "sensors": (),
 }

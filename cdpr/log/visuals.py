@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 
 from cdpr.log.header import Header
+from cdpr.log.sensor_topics import frames as sensor_frames
+from cdpr.log.sensor_topics import sensor_groups
 from cdpr.log.topics import CLOCK, STAMPED, Group, Topic, ros_pose
 from cdpr.model.robot import Array
 from cdpr.scene import Pictures, State, colours, pictures
@@ -35,7 +37,7 @@ _GREY = {"r": 0.55, "g": 0.57, "b": 0.6, "a": 1.0}
 
 
 def visual_topics(header: Header, channel: int, *, clock: bool = True) -> tuple[Group, ...]:
-    """Return the topics /tf, /cdpr/markers and, with a planned path, /cdpr/desired_path, on channels from `channel` on.
+    """Return /tf, /cdpr/markers, the planned path and the standard messages of sensors, on channels from `channel` on.
 
     They depend only on the rows and the header. Headers of earlier versions have no path, and their markers no desired
     pose. With `clock`, /clock accompanies /tf; ROS plays logs by it. Logs of format 2 have it among their rows.
@@ -49,6 +51,17 @@ def visual_topics(header: Header, channel: int, *, clock: bool = True) -> tuple[
         }
         for name, point in header.tools.items()
     ]
+    tools += [
+        {
+            "header": {"frame_id": parent},
+            "child_frame_id": name,
+            "transform": {
+                "translation": _xyz(at.tolist()),
+                "rotation": dict(zip("wxyz", turned.tolist(), strict=True)),
+            },
+        }
+        for name, (parent, at, turned) in sensor_frames(header).items()
+    ]
     transform = Topic(
         "/tf",
         "tf2_msgs/TFMessage",
@@ -60,8 +73,10 @@ def visual_topics(header: Header, channel: int, *, clock: bool = True) -> tuple[
     topics = (CLOCK, transform) if clock else (transform,)
     frames = Group(topics, channel, layout.width, every, np.ascontiguousarray)
     channel += len(topics)
-    groups = frames, _markers(header, channel)
-    return groups if len(header.path) < 2 else (*groups, _path(header, channel + 1))
+    groups = [frames, _markers(header, channel)]
+    if len(header.path) >= 2:
+        groups.append(_path(header, channel + 1))
+    return (*groups, *sensor_groups(header, groups[-1].channel + 1))
 
 
 def _markers(header: Header, channel: int) -> Group:

@@ -11,6 +11,7 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.own import Own
 from cdpr.plugins.inputs import ControllerInputs
+from cdpr.sensing.sensor import Sensor
 
 # Stages of outputs: a wrench is distributed; tensions go to the cables, by a map to winches that take lengths or rates;
 # "winch": each command is the quantity that its winch takes.
@@ -154,6 +155,35 @@ class Controller(ABC):
 
         Args:
             cables: (2, m), live and read-only.
+        """
+
+    def inner_loop(self, distributed: Array, tension: Array) -> Callable[[float], object] | None:
+        """Return the function of time that turns distributed tensions into the tensions to send; None without one.
+
+        It is called in each control step after the distribution of a wrench, also of one from outside, and is compiled
+        if it is a result of `cdpr.native.bind.bind` that takes a time. Events then impose the tensions of broken and
+        jammed cables. The log contains the sent tensions; wrench and report are those of the distribution. A controller
+        with this method cannot be exported. It is called once for each stage, after `observe`; all results share the
+        memory of the controller.
+
+        Args:
+            distributed: (m,), N, live and read-only.
+            tension: (m,), N; written, within the limits.
+        """
+        return None
+
+    def use_sensors(self, sensors: Mapping[str, Sensor]) -> None:  # noqa: B027 - an optional hook
+        """Store the sensors whose measurements it observes; called once, before `observe`.
+
+        A controller that needs sensors of some types declares them, such as `properties={"sensors": ("markers",)}`. The
+        conformance kit then provides them.
+
+        Args:
+            sensors: sensors of the scenario by name, in their order. Their columns are in
+                `ControllerInputs.measurements`.
+
+        Raises:
+            CdprError: if a sensor that it needs is missing or unsuitable.
         """
 
     def observe(self, inputs: ControllerInputs) -> None:  # noqa: B027 - an optional hook

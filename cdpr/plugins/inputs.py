@@ -25,7 +25,8 @@ class ControllerInputs:
         held: (m,), True for cables known to be broken or jammed; their two limits equal the tension.
         command: (m,), tensions as sent in the previous control step, N; 0 before the first one. Without power, those
             that were sent last. For winches that take lengths or rates, the tensions of the nominal cables at rest.
-        measurements: measurements by name; none so far.
+        measurements: columns of the sensors by name, such as `mocap_position` and `mocap_age` of the sensor `mocap`:
+            measured values, which are held between arrivals, and their age, s (see `Controller.use_sensors`).
 
     Example:
         >>> import numpy as np

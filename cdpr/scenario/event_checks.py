@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import groupby
 
 from pydantic import ValidationError
@@ -24,6 +24,7 @@ from cdpr.scenario.report import SectionReport
 from cdpr.scenario.robot_schema import CableSection, CablesSection, cable_name
 from cdpr.scenario.schema import Simulation
 from cdpr.scenario.winch_kinds import command_of, kind_of, winch_path
+from cdpr.sensing import SENSORS, Sensor
 
 Places = list[tuple[int, ScenarioEvent]]  # with the index in the file
 
@@ -61,6 +62,10 @@ class EventChecks(Checks):
         names = [cable_name(cable, i) for i, cable in cables]
         known = [(i, event.named(names)) for i, event in events if self._cable_exists(i, event, names)]
         known.sort(key=lambda place: place[1].time)
+        sensors = list(self._sensors())
+        for i, event in unknown if None not in sensors else ():
+            for key, text in event.check_sensor([each for each in sensors if each], len(cables)):
+                self.add_problem(("events", i, key), text)
         if self._options is not None:
             for i, event in sorted(events, key=lambda place: place[1].time):
                 for path, text in event.check_options(self._options):
@@ -109,6 +114,13 @@ class EventChecks(Checks):
             guide = Guide(dof, initial.position, self.add_problem)
             for i, event in events:
                 event.stay(guide, ("events", i))
+
+    def _sensors(self) -> Iterator[Sensor | None]:
+        """Yield the sensors; None for an invalid one."""
+        given = self.document.get(("sensors",))
+        for i, item in enumerate(given if isinstance(given, list) else ()):
+            kind = item.get("type") if isinstance(item, dict) else None
+            yield self.section(SENSORS[kind], ("sensors", i)) if isinstance(kind, str) and kind in SENSORS else None
 
     def _cable_exists(self, i: int, event: ScenarioEvent, names: Sequence[str]) -> bool:
         text = event.check_cable(names)

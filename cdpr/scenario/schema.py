@@ -10,7 +10,7 @@ from pydantic import AfterValidator, Field, PrivateAttr
 
 from cdpr.base.defaults import BACKEND, CONTROLLER, ESTIMATOR, SOLVER
 from cdpr.base.fields import HOME, Name, Position, Positive, Section, Vector3, tab, unit
-from cdpr.base.needs import EVERYWHERE, UNCONCERNED, Needs, left_out, no, of_control, of_run, of_sensor
+from cdpr.base.needs import EVERYWHERE, UNCONCERNED, Needs, left_out, no, of_control, of_estimator, of_run
 from cdpr.scenario.actuator_schema import Actuators
 from cdpr.scenario.appearance import ObstacleSection
 from cdpr.scenario.drives_schema import Drives
@@ -152,7 +152,7 @@ class SolverSection(PluginSection):
 class EstimatorStart(Section):
     """Pose at time 0 that an estimator assumes."""
 
-    needs: ClassVar[Needs] = of_sensor()
+    needs: ClassVar[Needs] = of_estimator()
 
     position: Position | None = Field(
         None, description="position of the platform's origin; default: the true one", json_schema_extra=unit("m")
@@ -163,7 +163,7 @@ class EstimatorStart(Section):
 class EstimatorSection(PluginSection):
     """Estimator of the state; its options are next to these keys and validated by the plugin's model."""
 
-    needs: ClassVar[Needs] = of_sensor()
+    needs: ClassVar[Needs] = of_estimator()
 
     type: str = Field(ESTIMATOR, description="estimator, any installed one; its options are keys of this section")
     start: EstimatorStart | None = Field(

@@ -2,16 +2,22 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
+
+from pydantic import ValidationError
 
 from cdpr.base.columns import known_columns
 from cdpr.base.defaults import ESTIMATOR
 from cdpr.base.problems import Path
+from cdpr.config.messages import explain
 from cdpr.scenario.checks import Checks
 from cdpr.sensing import SENSORS, Sensor
 from cdpr.sensing.errors import AttitudeErrors
 
 MOST_WAITING = 1e6  # values, 8 MB, which each snapshot copies
+BELIEVED = "believed"
+FIXED = "type", "name", BELIEVED  # keys that a nominal sensor shares with the true one
 Multiple = Callable[[Path, float, float], None]  # reports a time that is no multiple of the control step, s
 
 
@@ -41,10 +47,15 @@ class SensorChecks(Checks):
             if (first := titles.setdefault(sensor.title, i)) != i:
                 text = f"sensors {first + 1} and {i + 1} are both named '{sensor.title}': give one of them another name"
                 self.add_problem(("sensors", i), text)
-            for key in ("period", "delay", "jitter"):
-                if value := getattr(sensor, key):
-                    multiple(("sensors", i, key), value, control_step)
-            self._biases(i, sensor, cables)
+            places: list[tuple[Path, Sensor | None]] = [(("sensors", i), sensor)]
+            if sensor.believed:
+                places.append((("sensors", i, BELIEVED), self._nominal(("sensors", i, BELIEVED), sensor, cables)))
+            for path, each in places:
+                if each is not None:
+                    for key in ("period", "delay", "jitter"):
+                        if (value := getattr(each, key)) and self.document.get((*path, key)) is not None:
+                            multiple((*path, key), value, control_step)
+                    self._biases(path, each, cables)
             self._name(i, sensor, columns)
             self._size(i, sensor, cables, control_step)
         estimator = self.document.get(("estimator", "type"))
@@ -53,13 +64,32 @@ class SensorChecks(Checks):
                 text = f"the controller uses this {one}, and needs a {other}, too: add a sensor of the type {other}"
                 self.add_problem(("sensors", used[one]), text)
 
-    def _biases(self, i: int, sensor: Sensor, cables: int) -> None:
-        for quantity in sensor.quantities[: len(sensor.quantities) - sensor.rates]:
+    def _nominal(self, path: Path, sensor: Sensor, cables: int) -> Sensor | None:
+        """Report problems of the values in `believed`; return the nominal sensor if there is none."""
+        for key in FIXED:
+            if key in (sensor.believed or {}):
+                self.add_problem((*path, key), "must be that of the sensor: remove this key")
+                return None
+        data = sensor.nominal_data()
+        try:
+            nominal = type(sensor).model_validate_json(json.dumps(data))
+        except ValidationError as error:
+            for each in explain(error, type(sensor), data):
+                self.add_problem((*path, *each.path), each.text)
+            return None
+        widths, others = ([each.values(cables) for each in one.quantities] for one in (sensor, nominal))
+        if widths != others:
+            self.add_problem(path, f"expected a sensor with {sum(widths)} values, as measured, got {sum(others)}")
+            return None
+        return nominal
+
+    def _biases(self, path: Path, sensor: Sensor, cables: int) -> None:
+        for quantity in sensor.with_errors:
             errors: AttitudeErrors = getattr(sensor, quantity.key, AttitudeErrors())
             count = quantity.components(cables)
             if isinstance(errors.bias, tuple) and len(errors.bias) != count:
                 text = f"expected one number, or {count} numbers, got {len(errors.bias)}"
-                self.add_problem(("sensors", i, quantity.key, "bias"), text)
+                self.add_problem((*path, quantity.key, "bias"), text)
 
     def _name(self, i: int, sensor: Sensor, columns: dict[str, str]) -> None:
         """Report a name with which a column would have that of another quantity; add its columns to the known ones."""

@@ -47,6 +47,7 @@ DESIRED = Pair("#0e8a54", "#35c983")
 SLACK = PALE
 LIMIT = Pair("#c2008f", "#ff6bd6")
 FORCE = Pair("#b35900", "#ffab4a")
+SENSOR = Pair("#7a3fa0", "#d08cf5")
 GOOD, BAD = Pair("#1b7f4d", "#35c983"), Pair("#c0392b", "#ff7a63")
 
 # Platform without a colour of its own; its edges use INK.
@@ -69,7 +70,7 @@ SHADES = {
 DARK = {
     pair.light: pair.dark
     for pair in (
-        *(GROUND, INK, SOFT, PALE, DESIRED, LIMIT, FORCE, GOOD, BAD, BODY),
+        *(GROUND, INK, SOFT, PALE, DESIRED, LIMIT, FORCE, SENSOR, GOOD, BAD, BODY),
         *(*AXES, *DESIRED_AXES, *CABLES, *BEHIND, *SHADES.values()),
     )
 }

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from enum import IntEnum
 from functools import cached_property
 
@@ -49,6 +50,7 @@ class Pictures:
     desired_orientation: Array | None = None  # (n, 4)
     force: Array | None = None  # (n, 3), N, external force at the platform's origin; None if zero
     unwound: Array | None = None  # (n, m), m, unwound lengths; None if unknown or if no cable sags
+    readings: Mapping[str, Array] = field(default_factory=dict)  # (n, k) of each of the subject's sensors, if known
 
     @cached_property
     def ends(self) -> Array:
@@ -121,6 +123,7 @@ def pictures(
     desired: tuple[Array, Array] | None = None,
     force: Array | None = None,
     unwound: Array | None = None,
+    readings: Mapping[str, Array] | None = None,
     limits_until: float = np.inf,
 ) -> Pictures:
     """Return a subject at n poses.
@@ -135,6 +138,7 @@ def pictures(
         desired: desired positions (n, 3), m, and orientations (n, 4).
         force: (n, 3), N, external force.
         unwound: (n, m), m, unwound lengths, for the curves of cables that sag.
+        readings: columns of sensors (n, w), by name: distances, m, or 1 for each point that is seen.
         limits_until: time (s) from which the subject's tension limits no longer apply.
     """
     state = None
@@ -145,7 +149,12 @@ def pictures(
     where, how = (None, None) if desired is None else desired
     if not subject.spans:
         unwound = None
-    return Pictures(subject, time, position, orientation, tension, state, where, how, force, unwound)
+    read = {
+        each.name: each.read(np.asarray(readings[each.column]))
+        for each in subject.sensors
+        if readings and each.column in readings
+    }
+    return Pictures(subject, time, position, orientation, tension, state, where, how, force, unwound, read)
 
 
 MOST = 1e6  # N, above all tensions of robots

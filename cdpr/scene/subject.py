@@ -10,6 +10,7 @@ import numpy as np
 
 from cdpr.model import Robot, rotations
 from cdpr.model.robot import Array, CableExit
+from cdpr.scene.sensors import SensorDrawing
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,6 +29,7 @@ class Subject:
     tools: dict[str, tuple[float, ...]] = field(default_factory=dict)  # points (3,) in the platform's axes, m
     spans: tuple[dict[str, Any] | None, ...] = ()  # spans of cables that sag; empty if none does
     gravity: tuple[float, ...] = (0.0, 0.0, 0.0)  # (3,), m/s^2, for their curves
+    sensors: tuple[SensorDrawing, ...] = ()  # those with a place
     led: str = ""  # guided tool, whose path is drawn; "" for the platform's origin
 
     @classmethod

@@ -10,6 +10,7 @@ from pydantic import Field
 from cdpr.base.fields import ZERO, Position, unit
 from cdpr.base.needs import Needs, of_sensor
 from cdpr.native.bind import bind
+from cdpr.sensing.disturbance import Mount
 from cdpr.sensing.errors import Errors
 from cdpr.sensing.sensor import Quantity, Sensor, Sources, Truth
 from cdpr.tension.operations import Operation
@@ -28,6 +29,7 @@ class Imu(Sensor):
     """
 
     needs: ClassVar[Needs] = of_sensor()
+    mount: ClassVar[tuple[str, ...]] = ("place", "axes")
     quantities: ClassVar[tuple[Quantity, ...]] = (
         Quantity("force", 3, "m/s^2", "Mean specific force since the measurement before, platform axes"),
         Quantity("turn_rate", 3, "rad/s", "Angular velocity, platform axes"),
@@ -42,10 +44,12 @@ class Imu(Sensor):
         """Return specific force and turn rate (6,), platform axes."""
         period = self.period or sources.step
         values, before, count = np.zeros(6), np.zeros(3), np.zeros(1)
+        mount = Mount(np.array(self.point), np.array([1.0, 0.0, 0.0, 0.0]))
         write = bind(
             "inertial_motion",
             state=sources.state,
-            point=np.array(self.point),
+            point=mount.place,
+            attitude=mount.axes,
             gravity=sources.gravity,
             before=before,
             count=count,
@@ -53,4 +57,4 @@ class Imu(Sensor):
             period=period,
             every=round(period / sources.step),
         )
-        return Truth(values, (Operation("sensors", write, timed=True),), (values, before, count))
+        return Truth(values, (Operation("sensors", write, timed=True),), (values, before, count), mount)

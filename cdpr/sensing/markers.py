@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, field_validator
@@ -11,6 +11,7 @@ from cdpr.base.fields import Position, Positive, Vector3, unit
 from cdpr.base.needs import Needs, of_sensor
 from cdpr.mechanics import solids
 from cdpr.native.bind import bind
+from cdpr.sensing.disturbance import Mount
 from cdpr.sensing.errors import Errors
 from cdpr.sensing.rays import solids_of
 from cdpr.sensing.sensor import Quantity, Sensor, Sources, Truth
@@ -36,6 +37,7 @@ class Markers(Sensor):
     """
 
     needs: ClassVar[Needs] = of_sensor()
+    mount: ClassVar[tuple[str, ...]] = ("place", "axes")
 
     type: Literal["markers"] = "markers"
     on: Literal["world", "platform"] = Field("world", description="body that carries the camera")
@@ -73,23 +75,31 @@ class Markers(Sensor):
             Quantity("seen", count, "", "1 if the marker is seen, else 0"),
         )
 
+    def model(self) -> dict[str, Any]:
+        """Return camera and markers for the kernels: `camera`, `markers`, `lens` and `carried` of markers.hpp."""
+        attitude = np.array(self.attitude) / np.linalg.norm(self.attitude)
+        middle = self.center or (0.5 * self.size[0], 0.5 * self.size[1])
+        return {
+            "camera": np.concatenate([self.position, attitude]),
+            "markers": np.array(self.markers),
+            "lens": np.array([*self.focal, *middle, *self.size], dtype=float),
+            "carried": int(self.on == "platform"),
+        }
+
     def truth(self, sources: Sources) -> Truth:
         """Return pixels and visibility (3 k,)."""
         count = len(self.markers)
         values = np.zeros(3 * count)
-        attitude = np.array(self.attitude) / np.linalg.norm(self.attitude)
-        middle = self.center or (0.5 * self.size[0], 0.5 * self.size[1])
+        model = self.model()
         shape = sources.robot.platform.shape
         write = bind(
             "project_markers",
             state=sources.state,
-            camera=np.concatenate([self.position, attitude]),
-            markers=np.array(self.markers),
-            lens=np.array([*self.focal, *middle, *self.size], dtype=float),
+            **model,
             solids=solids_of(sources.obstacles),
             shape=solids.rows([] if shape is None else [solids.row(shape)]),
             pixels=values[: 2 * count].reshape(count, 2),
             seen=values[2 * count :],
-            carried=int(self.on == "platform"),
         )
-        return Truth(values, (Operation("sensors", write, timed=True),), (values,))
+        mount = Mount(model["camera"][:3], model["camera"][3:])
+        return Truth(values, (Operation("sensors", write, timed=True),), (values,), mount)

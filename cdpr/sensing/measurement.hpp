@@ -14,12 +14,12 @@ struct Measurement {
     const double* truth;   // (n), true values
     const double* errors;  // (k, 5), of each component, by ErrorNumber; an attitude has three components
     double* stream;        // (6), random stream of the sensor
-    double* walk;          // (k), drift so far
+    double* walk;          // (k), drift and bumps so far
     double* previous;      // (d), values of the last measurement from which rates follow
     double* pending;   // (slots, w), ring of measurements that have not arrived: control step of the arrival, control
                        // step at which it was taken, values; w = n + 2
     double* held;      // (w), likewise, the last one that has arrived
-    double* count;     // (3): control steps, measurements sent, measurements received
+    double* count;     // (4): control steps, measurements sent and received; number of events that lose measurements
     double* measured;  // (n), values that are held
     double* age;       // (1), s, time since they were taken
     double step;       // s, control period
@@ -35,7 +35,7 @@ struct Measurement {
     int64_t w;
     static constexpr char fields[] =
         "truth(n), errors(k, 5), both stream(6), both walk(k), both previous(d), both pending(slots, w), both held(w), "
-        "both count(3), measured(n), age(1), step, dropout, every >= 1, delay >= 0, jitter >= 0, attitude >= 0, n, k, "
+        "both count(4), measured(n), age(1), step, dropout, every >= 1, delay >= 0, jitter >= 0, attitude >= 0, n, k, "
         "d, "
         "slots >= 1, w";
 };
@@ -83,7 +83,7 @@ inline int measure(Measurement& p, double time) {
     double& steps = p.count[0];
     double& sent = p.count[1];
     double& received = p.count[2];
-    const bool first = !(time > 0.0);
+    const bool first = !(time > 0.0 && sent > 0.0);  // exported plants may start at another time
     if (first) {
         for (int64_t i = 0; i < p.k; i++) p.walk[i] = 0.0;
         steps = sent = received = 0.0;
@@ -98,7 +98,7 @@ inline int measure(Measurement& p, double time) {
         const double before = sent > 0.0 ? p.pending[p.w * (int64_t(sent - 1.0) % p.slots)] : 0.0;
         own[0] = first ? 0.0 : larger(steps + double(p.delay) + late, before);  // none overtakes another
         own[1] = steps;
-        if (first || !lost) sent += 1.0;
+        if (first || !(lost || p.count[3] > 0.0)) sent += 1.0;
     }
     while (received < sent && p.pending[p.w * (int64_t(received) % p.slots)] <= steps) {
         const double* const own = p.pending + p.w * (int64_t(received) % p.slots);

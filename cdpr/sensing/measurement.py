@@ -47,7 +47,7 @@ def kernel_arguments(sensor: Sensor, cables: int, step: float) -> tuple[dict[str
         "previous": np.zeros(rates),
         "pending": np.zeros(((delay + jitter) // every + 2, n + 2)),  # rows: one more than can be on their way
         "held": np.zeros(n + 2),
-        "count": np.zeros(3),
+        "count": np.zeros(4),
     }
     return settings, memory
 

@@ -24,6 +24,7 @@ class Range(Sensor):
     """
 
     needs: ClassVar[Needs] = of_sensor()
+    mount: ClassVar[tuple[str, ...]] = ("place", "axes")
     quantities: ClassVar[tuple[Quantity, ...]] = (
         Quantity("distance", 1, "m", "Distance to the nearest obstacle along the ray"),
     )

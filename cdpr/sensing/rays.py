@@ -13,6 +13,7 @@ from cdpr.model.robot import Array
 from cdpr.model.shapes import Obstacle
 from cdpr.native.arrays import real
 from cdpr.native.bind import bind
+from cdpr.sensing.disturbance import Mount
 from cdpr.sensing.sensor import Sources, Truth
 from cdpr.tension.operations import Operation
 
@@ -33,17 +34,17 @@ def ray_truth(sources: Sources, point: ArrayLike, directions: Array, reach: floa
         directions: (k, 3), of length 1, platform axes.
         reach: distance without a hit, m.
     """
-    values = np.zeros(len(directions))
+    values, mount = np.zeros(len(directions)), Mount(np.array(point, dtype=float), directions)
     write = bind(
         "cast_rays",
         state=sources.state,
-        point=np.array(point, dtype=float),
+        point=mount.place,
         solids=solids_of(sources.obstacles),
-        directions=directions,
+        directions=mount.axes,
         distances=values,
         reach=reach,
     )
-    return Truth(values, (Operation("sensors", write),), (values,))
+    return Truth(values, (Operation("sensors", write),), (values,), mount)
 
 
 def ray_distances(obstacles: Sequence[Obstacle], start: ArrayLike, directions: ArrayLike, reach: float) -> Array:

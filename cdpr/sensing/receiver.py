@@ -11,6 +11,7 @@ from cdpr.base.columns import WORLD
 from cdpr.base.fields import ZERO, Position, unit
 from cdpr.base.needs import Needs, of_sensor
 from cdpr.native.bind import bind
+from cdpr.sensing.disturbance import Mount
 from cdpr.sensing.errors import Errors
 from cdpr.sensing.sensor import Quantity, Sensor, Sources, Truth
 from cdpr.tension.operations import Operation
@@ -26,6 +27,7 @@ class Receiver(Sensor):
     """
 
     needs: ClassVar[Needs] = of_sensor()
+    mount: ClassVar[tuple[str, ...]] = ("place",)
     quantities: ClassVar[tuple[Quantity, ...]] = (Quantity("position", 3, "m", "Position of the antenna", WORLD),)
 
     type: Literal["receiver"] = "receiver"
@@ -35,5 +37,6 @@ class Receiver(Sensor):
     def truth(self, sources: Sources) -> Truth:
         """Return the position of the antenna (3,), world axes."""
         values = np.zeros(3)
-        write = bind("point_on_platform", state=sources.state, point=np.array(self.antenna), position=values)
-        return Truth(values, (Operation("sensors", write, timed=True),), (values,))
+        mount = Mount(np.array(self.antenna), np.zeros((0, 3)))
+        write = bind("point_on_platform", state=sources.state, point=mount.place, position=values)
+        return Truth(values, (Operation("sensors", write, timed=True),), (values,), mount)

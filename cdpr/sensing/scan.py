@@ -32,6 +32,7 @@ class Scan(Sensor):
     """
 
     needs: ClassVar[Needs] = of_sensor()
+    mount: ClassVar[tuple[str, ...]] = ("place", "axes")
 
     type: Literal["scan"] = "scan"
     point: Position = Field(ZERO, description="start of the rays, platform axes", json_schema_extra=unit("m"))

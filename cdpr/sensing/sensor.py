@@ -12,7 +12,7 @@ import re
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Annotated, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import AfterValidator, Field
 
@@ -22,6 +22,7 @@ from cdpr.base.needs import Needs, of_sensor
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.model.shapes import Obstacle
+from cdpr.sensing.disturbance import Mount
 from cdpr.sensing.errors import AttitudeErrors
 from cdpr.tension.operations import Operation
 
@@ -40,6 +41,12 @@ def _short(value: str) -> str:
             f"{value[:40]!r}"
         )
     return value
+
+
+def _merged(base: Any, given: Any) -> Any:
+    if not (isinstance(base, dict) and isinstance(given, dict)):
+        return given
+    return {**base, **{key: _merged(base.get(key), value) for key, value in given.items()}}
 
 
 @dataclass(frozen=True)
@@ -108,11 +115,13 @@ class Truth:
         values: (n,), live.
         write: operations that write them at each control step.
         arrays: memory of these operations.
+        mount: mount of the sensor, read by these operations; None without one.
     """
 
     values: Array
     write: Sequence[Operation] = ()
     arrays: Sequence[Array] = ()
+    mount: Mount | None = None
 
 
 class Sensor(Kind):
@@ -122,12 +131,14 @@ class Sensor(Kind):
         quantities: what it measures, in the order of its values.
         rates: number of last quantities that follow from differences of the measurements before them.
         used: what the controller uses of it: "pose", "twist", "cables" or "".
+        mount: what a bump can move: "place", and "axes" if it has a direction or an attitude.
     """
 
     needs: ClassVar[Needs] = of_sensor()
     quantities: ClassVar[tuple[Quantity, ...]] = ()
     rates: ClassVar[int] = 0
     used: ClassVar[Used] = ""
+    mount: ClassVar[tuple[str, ...]] = ()
 
     name: Annotated[str, AfterValidator(_short)] | None = Field(
         None, description="name, unique among the sensors, with which its columns begin; default: its type"
@@ -152,6 +163,27 @@ class Sensor(Kind):
         0.0, description="probability that a measurement is lost, but for the first"
     )
 
+    believed: dict[str, Any] | None = Field(
+        None,
+        description="keys of this sensor with the values that estimators and controllers assume, such as another place "
+        "or noise; others are the true ones",
+    )
+
+    @property
+    def nominal(self) -> Self:
+        """Sensor as estimators and controllers assume it: with the values of `believed`.
+
+        Raises:
+            CdprError: if `believed` is invalid; sensors of a scenario have been checked.
+        """
+        return type(self)(**self.nominal_data()) if self.believed else self
+
+    def nominal_data(self) -> dict[str, Any]:
+        """Return the given values with those of `believed`, as plain data: mappings by key, everything else whole."""
+        data = self.to_dict()
+        merged: dict[str, Any] = _merged(data, data.pop("believed", {}))
+        return merged
+
     @property
     def title(self) -> str:
         """Name of its columns and random stream."""
@@ -171,10 +203,15 @@ class Sensor(Kind):
     def truth(self, sources: Sources) -> Truth:
         """Return the true values of all quantities."""
 
+    @property
+    def with_errors(self) -> tuple[Quantity, ...]:
+        """Quantities that are not rates of others."""
+        return self.quantities[: len(self.quantities) - self.rates]
+
     def errors(self, cables: int) -> list[tuple[float, ...]]:
         """Return gain, bias, noise, drift and resolution of each component (k, 5); an attitude has three."""
         rows: list[tuple[float, ...]] = []
-        for each in self.quantities[: len(self.quantities) - self.rates]:
+        for each in self.with_errors:
             own: AttitudeErrors = getattr(self, each.key, AttitudeErrors())  # such as a flag, which has no errors
             rows += own.rows(each.components(cables))
         return rows

@@ -1,18 +1,59 @@
-"""Load cells in the cables."""
+"""Load cells in the cables.
+
+Their hysteresis is a Prandtl-Ishlinskii model: the measured tension lags behind the true one by a share of the sum of
+stop elements, each of which follows the tension within plus and minus its width. Loops are closed, and a larger cycle
+erases the memory of smaller ones. Krasnosel'skii and Pokrovskii (1989), Systems with Hysteresis, section 34; Kuhnen
+(2003), European Journal of Control 9(4), pp. 407-418.
+"""
 
 from __future__ import annotations
 
-from typing import ClassVar, Literal
+from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from cdpr.base.columns import CABLES
+from cdpr.base.fields import Positive, unit
 from cdpr.base.needs import Needs, of_sensor
+from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.sensing.errors import Errors
 from cdpr.sensing.sensor import Quantity, Sensor, Sources, Truth
 from cdpr.tension.operations import Operation
+
+ELEMENTS = 4  # stop elements: kinks of a loop
+WIDEST = 0.25  # of the range: all elements are at their limits from the middle of a cycle over the range on
+
+
+class LoadCellErrors(Errors):
+    """Errors of load cells: those of other quantities, after their hysteresis.
+
+    Example:
+        >>> from cdpr.sensing.tension import LoadCellErrors
+        >>> LoadCellErrors(hysteresis=0.001, range=2000.0, noise=0.5).hysteresis
+        0.001
+    """
+
+    hysteresis: Annotated[float, Field(ge=0, le=0.5)] = Field(
+        0.0,
+        description="largest difference between the values measured while a tension falls and while it rises, in a "
+        "cycle from 0 to `range` and back, as a fraction of `range`",
+    )
+    range: Positive | None = Field(None, description="rated tension, for `hysteresis`", json_schema_extra=unit("N"))
+
+    @model_validator(mode="after")
+    def _rated(self) -> Self:
+        if self.hysteresis > 0.0 and self.range is None:
+            raise ValueError("hysteresis without range: add range, the rated tension (N)")
+        return self
+
+    def stop_elements(self) -> tuple[Array, float]:
+        """Return the widths of the stop elements (e,), N, and the share of their sum by which the cell lags."""
+        if not self.hysteresis or self.range is None:
+            return np.zeros(0), 0.0
+        widths = WIDEST * self.range * np.arange(1, ELEMENTS + 1) / ELEMENTS
+        return widths, 0.5 * self.hysteresis * self.range / float(widths.sum())
 
 
 class Tension(Sensor):
@@ -33,13 +74,16 @@ class Tension(Sensor):
     at: Literal["platform", "winch"] = Field(
         "platform", description="side of a pulley with friction on which the load cells are"
     )
-    tension: Errors = Field(Errors(), description="errors of the tension, N")
+    tension: LoadCellErrors = Field(LoadCellErrors(), description="errors of the tension, N")
 
     def truth(self, sources: Sources) -> Truth:
         """Return the tensions (m,) of the control period that ends."""
         column = "cable_tension" if sources.has("winched") else "tension"
         if self.at == "winch" and sources.has("friction"):
             column = "winch_tension"
-        values = np.zeros(sources.robot.m)
-        write = bind("last_tensions", tension=sources.view(column), truth=values)
-        return Truth(values, (Operation("sensors", write, timed=True),), (values,))
+        widths, share = self.tension.stop_elements()
+        m = sources.robot.m
+        values, stops, before = np.zeros(m), np.zeros((m, len(widths))), np.zeros(m)
+        memory = {"truth": values, "stops": stops, "before": before}
+        write = bind("last_tensions", tension=sources.view(column), widths=widths, share=share, **memory)
+        return Truth(values, (Operation("sensors", write, timed=True),), (values, before, *([stops] if share else [])))

@@ -251,6 +251,8 @@ class _Checks:
         step = scenario.simulation.control_step
         controller: Controller = entry.make(robot, gravity, step, scenario.controller_options)
         self._opened.callback(controller.close)
+        if isinstance(controller, Controller):
+            controller.use_sensors({sensor.title: sensor.nominal for sensor in scenario.sections.sensors})
         return controller
 
 

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from cdpr.base.errors import PluginError
 from cdpr.base.problems import short_repr
@@ -20,17 +20,22 @@ from cdpr.plugins import Controller, ControllerInputs, SnapshotOfArrays
 from cdpr.scenario.events import ScenarioEvent, first_sample, redirected, redirecting
 from cdpr.simulation.parts import Parts
 from cdpr.tension.command import CommandStage
-from cdpr.tension.current_sample import Cables
 from cdpr.tension.operations import Operation
 from cdpr.trajectory import Trajectory
 
 if TYPE_CHECKING:
+    from cdpr.simulation.sample import Sample
     from cdpr.tension.stage import TensionStage
 
 
 def observes(controller: Controller) -> bool:
     """Return True if a controller uses `ControllerInputs`."""
     return isinstance(controller, Controller) and type(controller).observe is not Controller.observe
+
+
+def corrects(controller: Controller) -> bool:
+    """Return True if a controller has an inner loop on the distributed tensions."""
+    return isinstance(controller, Controller) and type(controller).inner_loop is not Controller.inner_loop
 
 
 def period_of(controller: Controller) -> int:
@@ -53,31 +58,33 @@ class ControllerCalls(SnapshotOfArrays):
 
     Args:
         parts: parts of the loop.
-        cables: limits of the cables.
-        locked: (m,), True for cables that the distribution has locked, live.
-        now: (1,), time of the present sample, s, live.
-        sent: (m,), N, receives the tensions as sent, if the controller or a part of the loop reads them.
+        present: present sample; `sent` receives the tensions as sent, if the controller or a part reads them.
 
     Attributes:
         period: number of control steps.
         arrays: state; () for controllers that are called in each control step, if nothing reads the sent tensions.
     """
 
-    def __init__(self, parts: Parts, cables: Cables, locked: NDArray[np.bool_], now: Array, sent: Array) -> None:
-        controller, self._now = parts.controller, now
+    def __init__(self, parts: Parts, present: Sample) -> None:
+        controller, self._now = parts.controller, present.view("time")
+        self._controller = controller
         self._control, self._step = controller.control, parts.control_step
         self.period = period_of(controller)
         self.follow(parts.trajectory, parts.planned, parts.events)
         self._held = np.full(6 if parts.output == "wrench" else parts.robot.m, np.nan)
         self._called = np.zeros(1)  # 0 before the first call
-        self._sent = sent
+        self._sent, self._distributed = present.sent, np.zeros(parts.robot.m)
+        self._corrects = corrects(controller)
         self._records = observes(controller) or any(part.reads_commands for part in parts.more)
         self.arrays = (self._held, self._called, self._sent) if self._records or self.period > 1 else ()
+        self.arrays += (self._distributed,) if self._corrects else ()
         if observes(controller):
-            known = locked.view()
+            known = present.locked.view()
             known.flags.writeable = False
-            limits, sent = read_only(cables.limits), read_only(self._sent)
-            controller.observe(ControllerInputs(self.preview, limits, known, sent, MappingProxyType({})))
+            limits, sent = read_only(present.cables.limits), read_only(self._sent)
+            names = [column.name for part in parts.more if part.measures for column in part.columns]
+            measured = {name: read_only(present.view(name)) for name in names}
+            controller.observe(ControllerInputs(self.preview, limits, known, sent, MappingProxyType(measured)))
 
     def follow(self, motion: Trajectory, planned: Trajectory, events: Sequence[ScenarioEvent]) -> None:
         """Preview another motion: the `planned` one, which these events change to `motion`."""
@@ -105,6 +112,21 @@ class ControllerCalls(SnapshotOfArrays):
             self._called[0] = 1.0
         out[:] = self._held
 
+    def correct(self, stage: TensionStage) -> None:
+        """Let a stage send the tensions of the controller's inner loop, if it has one, in place of those distributed.
+
+        The policy `hold_tension` holds the distributed ones.
+        """
+        if not self._corrects:
+            return
+        distributed, tension = self._distributed, stage.live.tension
+        correct = self._controller.inner_loop(read_only(distributed), tension)
+        if correct is not None:
+            before = bind("copy", source=distributed, target=tension)
+            after = bind("copy", source=tension, target=distributed)
+            stage.operations.insert(0, Operation("distribution", before))
+            stage.operations += [Operation("distribution", after), Operation("controller", correct, timed=True)]
+
     def record(self, stage: TensionStage | CommandStage) -> None:
         """Let a stage store the tensions as sent, before faults act on them, if something reads them."""
         if self._records:
@@ -112,5 +134,5 @@ class ControllerCalls(SnapshotOfArrays):
             stage.operations.append(Operation("distribution", sent))
 
     def reset(self) -> None:
-        """Forget held output and sent tensions."""
-        self._held[:], self._called[:], self._sent[:] = np.nan, 0.0, 0.0
+        """Forget held output, sent and distributed tensions."""
+        self._held[:], self._called[:], self._sent[:], self._distributed[:] = np.nan, 0.0, 0.0, 0.0

@@ -26,7 +26,8 @@ SHARE = 0.05  # largest share of the time spent on such requests
 MOST_STEPS = 10_000  # per request
 INTERRUPTING = ("pause", "run", "reset", "load")  # requests that also end the remaining steps of a request, if next
 INTERRUPTED = "step: interrupted, {} steps remain"
-FORWARDED = ("cut", "jam")  # requests that are methods of the simulation
+# Requests that are methods of the simulation.
+FORWARDED = ("cut", "jam", "fail_sensor", "occlude_sensor", "bump_sensor")
 
 
 class Driver(RobotRequests):

@@ -11,7 +11,7 @@ from pydantic import BaseModel
 
 from cdpr.base.columns import ESTIMATED, INNOVATION, UNCERTAINTY, Column
 from cdpr.base.errors import PluginError
-from cdpr.base.needs import of_sensor
+from cdpr.base.needs import of_estimator
 from cdpr.cables import commands_of
 from cdpr.model import Robot
 from cdpr.model.robot import Array, read_only
@@ -51,9 +51,10 @@ def check_estimator(scenario: Scenario) -> None:
     entry = estimator_of(scenario)
     if entry is not None:
         m = scenario.robot.m
+        sizes = [sum(each.values(m) for each in sensor.quantities) for sensor in scenario.sections.sensors]
         models = [
-            SensorModel(sensor, np.zeros(sum(each.values(m) for each in sensor.quantities)), np.zeros(1), np.zeros(1))
-            for sensor in scenario.sections.sensors
+            SensorModel(sensor.nominal, np.zeros(size), np.zeros(1), np.zeros(1))
+            for sensor, size in zip(scenario.sections.sensors, sizes, strict=True)
         ]
         _make(entry, scenario.nominal or scenario.robot, scenario, models).close()
 
@@ -85,7 +86,7 @@ class Estimation(LoopPart):
     """
 
     name = "estimation"
-    needs = of_sensor()
+    needs = of_estimator()
     writes = frozenset({"seen"})
     reads_commands = True
     estimator: Estimator
@@ -117,7 +118,7 @@ class Estimation(LoopPart):
             names = [column.name for column in sensor.columns]
             measured, age = view(names[0], names[-2]), view(names[-1])
             before, fresh = np.zeros(1), np.zeros(1)
-            models.append(SensorModel(sensor, read_only(measured), read_only(age), read_only(fresh)))
+            models.append(SensorModel(sensor.nominal, read_only(measured), read_only(age), read_only(fresh)))
             arrived = bind("arrived", age=age, before=before, fresh=fresh, step=surroundings.step)
             arrivals.append(Operation("estimator", arrived, timed=True))
             self.arrays += (before, fresh)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.base.errors import CdprError
+from cdpr.base.errors import CdprError, PluginError
 from cdpr.cables import commands_of, takes_lengths
 from cdpr.cables.tables import line_table
 from cdpr.fmu.export import Control, Load
@@ -22,7 +22,8 @@ from cdpr.plugins.registry import registry
 from cdpr.scenario import Scenario
 from cdpr.simulation.build import output_of
 from cdpr.simulation.columns import chosen_plugins
-from cdpr.simulation.controller_calls import observes, period_of
+from cdpr.simulation.controller_calls import corrects, observes, period_of
+from cdpr.simulation.exported_sensors import exported_sensors
 from cdpr.simulation.exported_winding import ExportedWinding
 from cdpr.simulation.needs import require
 from cdpr.tension.command import CommandStage
@@ -46,16 +47,16 @@ def control_of(scenario: Scenario, use: str = "controller_fmu") -> Control:
         PluginError: if a plugin is missing or broken.
     """
     require(scenario, use)
-    motion = use == "native"
     chosen = chosen_plugins(scenario)
     step, gravity = scenario.simulation.control_step, np.array(scenario.world.gravity)
     controller = chosen["controller"].make(scenario.robot, gravity, step, scenario.controller_options)
     try:
         output = output_of(chosen["controller"], controller, commands_of(scenario.robot))
-        if observes(controller) or period_of(controller) > 1:
+        if observes(controller) or corrects(controller) or period_of(controller) > 1:
             raise CdprError(
-                f"the controller '{scenario.controller.type}' uses further inputs (`observe`) or a period of several "
-                "control steps, so it cannot be exported: choose another (--set controller.type=NAME)"
+                f"the controller '{scenario.controller.type}' uses further inputs (such as measurements), corrects the "
+                "distributed tensions, or has a period of several control steps, so it cannot be exported: choose "
+                "another (--set controller.type=NAME)"
             )
         names, solver = [scenario.controller.type], None
         if output == "wrench":
@@ -63,7 +64,7 @@ def control_of(scenario: Scenario, use: str = "controller_fmu") -> Control:
             names.append(scenario.solver.type)
         desired = np.zeros(19)
         scenario.desired.sampler(desired)(0.0)
-        pipeline, own = _pipeline(scenario, controller, output, solver, motion)
+        pipeline, own = _pipeline(scenario, controller, output, solver, use)
         tunable = controller.tunable()
         return Control(
             names=names,
@@ -86,18 +87,19 @@ def loads_of(scenario: Scenario) -> tuple[Load, ...]:
 
 
 def _pipeline(
-    scenario: Scenario, controller: Controller, output: Output, solver: TensionSolver | None, motion: bool
+    scenario: Scenario, controller: Controller, output: Output, solver: TensionSolver | None, use: str
 ) -> tuple[ExportedPipeline, Mapping[str, Own]]:
     """Return the pipeline of a control step, and the operations that are not in the kernel library."""
     robot = scenario.controlled_robot
     state, desired, measured = np.zeros(13), np.zeros(19), np.zeros((2, robot.m))
     live = Present.of(robot.m)
+    seen, sensing = exported_sensors(scenario, state) if use == "controller_fmu" else (state, [])
     own: dict[str, Own] = {}
     controller.connect(live.report)
     controller.sense(measured)
     stage: TensionStage | CommandStage
     lines = line_table(robot)
-    winding = ExportedWinding(scenario, lines, state, measured) if takes_lengths(scenario.robot) else None
+    winding = ExportedWinding(scenario, lines, seen, measured) if takes_lengths(scenario.robot) else None
     if winding is not None and output == "winch":
         given = {**winding.arguments, "start": winding.start}
         stage = WinchStage(robot, scenario.solver.infeasible, live, Cables.of(robot), given)
@@ -107,11 +109,14 @@ def _pipeline(
         out = stage.command
     else:
         stage, out = _stage(scenario, solver, live), live.wrench
-    law = _compiled(
-        "controller", scenario.controller.type, controller.compiled, controller.control, state, desired, out
-    )
+    law = _compiled("controller", scenario.controller.type, controller.compiled, controller.control, seen, desired, out)
+    if sensing:  # lengths are true, and the wrench matrix is that at the seen pose
+        unread = {"matrix": np.zeros((6, robot.m)), "length": measured[0], "rate": measured[1]}
+        sensing.append(Call(bind("geometry", lines=lines, state=state, **unread)))
+    lengths = np.zeros((2, robot.m)) if sensing else measured
     calls = [
-        Call(bind("geometry", lines=lines, state=state, matrix=live.W, length=measured[0], rate=measured[1])),
+        *sensing,
+        Call(bind("geometry", lines=lines, state=seen, matrix=live.W, length=lengths[0], rate=lengths[1])),
         Call(law, entry=_own_entry("controller", controller, law, own)),
         Call(bind("not_finite", values=out), FINITE),
         *_calls(stage.operations, solver, own),
@@ -129,8 +134,13 @@ def _pipeline(
             )
         named["inertial"] = law.given["inertial"]
     translation = Translation(named, shared=("lines",))
-    pipeline = translation.translate(calls, [Call(scenario.desired.sampler(desired))] if motion else [])
+    pipeline = translation.translate(calls, [Call(scenario.desired.sampler(desired))] if use == "native" else [])
     for name, tunable in controller.tunable().items():
+        if not tunable.array.flags.c_contiguous:
+            raise PluginError(
+                f"controller '{scenario.controller.type}': the array of the option '{name}' in `tunable` is not "
+                "contiguous: expected a whole array, or successive elements of one"
+            )
         array, place = translation.where(tunable.array)
         pipeline.links.append(
             Link(f"controller.{name}", 0, tunable.array.size, array, place, per_step=tunable.per_step)

@@ -6,6 +6,7 @@ import math
 import platform
 from functools import lru_cache
 from importlib.metadata import PackageNotFoundError, version
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from cdpr.scenario import Scenario
 from cdpr.scenario.events import broken
 from cdpr.scenario.events.limit_changes import limit_changes
 from cdpr.scene.path import thinned
+from cdpr.sensing.rays import solids_of
 from cdpr.simulation.columns import listed
 from cdpr.simulation.works import works_of
 from cdpr.trajectory import Trajectory
@@ -76,7 +78,18 @@ def make_header(scenario: Scenario) -> Header:
         tool=scenario.trajectory.tool or "",
         believed=scenario.nominal_differences,
         works=works_of(scenario),
+        sensors=sensor_sections(scenario),
     )
+
+
+def sensor_sections(scenario: Scenario) -> tuple[dict[str, Any], ...]:
+    """Return the sections of the sensors, with their names, for viewers and messages."""
+    sections: list[dict[str, Any]] = []
+    for each in scenario.sections.sensors:
+        sections.append({**each.model_dump(mode="json"), "name": each.title})
+        if "reach" in sections[-1]:  # the obstacles that its rays meet
+            sections[-1]["solids"] = solids_of(scenario.obstacles).tolist()
+    return tuple(sections)
 
 
 def desired_path(scenario: Scenario) -> tuple[tuple[float, ...], ...]:

@@ -10,12 +10,11 @@ from __future__ import annotations
 
 import math
 from contextlib import ExitStack
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from cdpr.base.defaults import BACKEND
 from cdpr.base.errors import CdprError, one_line
 from cdpr.cables import chain_of, has_steppers
 from cdpr.log.blocks import BLOCK
@@ -23,16 +22,16 @@ from cdpr.mechanics.kinematics import lengths
 from cdpr.model import rotations
 from cdpr.model.robot import Array
 from cdpr.scenario import Scenario
-from cdpr.simulation.build import STARTED, build
+from cdpr.simulation.build import build
 from cdpr.simulation.columns import chosen_plugins
+from cdpr.simulation.late_measurements import LateMeasurements, ignored_errors, late_measurements
+from cdpr.simulation.linear_map import Linearised
+from cdpr.simulation.linearised_scenario import NotLinearisedError, held_scenario
 from cdpr.simulation.loop import Loop
-from cdpr.simulation.loop_parts import loop_parts
-from cdpr.simulation.small_steps import SMALL, counted_places, small_steps
+from cdpr.simulation.small_steps import SMALL, counted_places
 from cdpr.tension.status import Status
 
 OWN = "cdpr"  # distribution of the built-in plugins
-EULER, RK4 = "semi_implicit_euler", "rk4"
-
 # Differences, relative to the scale of each coordinate: with a step, half and a quarter of it, extrapolated. A step is
 # reduced until these agree, because cables that become slack and friction limit the range in which the loop is linear.
 STEP = 1e-5
@@ -49,41 +48,6 @@ ITERATIONS = 30  # of Newton's method for the state of rest
 FARTHEST = 0.05  # change of the platform in an iteration, relative to the scales
 
 
-class NotLinearisedError(CdprError):
-    """Reason why a loop has no linearisation."""
-
-
-@dataclass(frozen=True, eq=False)
-class Linearised:
-    """Linear map of a control period about a state of rest, xi[k + 1] = A xi[k] + B w[k], with xi = x / scale.
-
-    Attributes:
-        A: (k, k), derivative by the state.
-        corners: (k, k); the derivatives to both sides are A plus and minus this, 0 where the map is smooth. Tensions
-            have corners at symmetric poses, where other cables reach their lower limits.
-        B: (k, n), derivative by the desired pose in each degree of freedom [1/m, 1/rad].
-        plant: (j, j), derivative of one physics step of the plant with held commands, by its first j coordinates.
-        names: name of each coordinate: a degree of freedom or "winches", its rate as `x'`, "servo" or "controller",
-            also for commands that wait in drives.
-        scale: (k,), scales.
-        rest: (k,), state of rest; of the platform relative to the desired pose.
-        period: time between two calls of the controller [s].
-        physics_step: [s].
-        notes: facts that limit its validity.
-    """
-
-    A: Array
-    corners: Array
-    B: Array
-    plant: Array
-    names: tuple[str, ...]
-    scale: Array
-    rest: Array
-    period: float
-    physics_step: float
-    notes: tuple[str, ...]
-
-
 def linearise(scenario: Scenario, pose: Array, *, response: bool = False) -> Linearised:
     """Linearise the loop of a scenario, without its motion and events, about its state of rest near a pose.
 
@@ -97,7 +61,7 @@ def linearise(scenario: Scenario, pose: Array, *, response: bool = False) -> Lin
             plugin raises an exception.
         SimulationStopped: if the loop stops at this pose.
     """
-    held = _held(scenario, pose)
+    held, late = held_scenario(scenario, pose), late_measurements(scenario)
     with ExitStack() as opened:
         parts = build(held)
         opened.callback(parts.controller.close)
@@ -106,8 +70,9 @@ def linearise(scenario: Scenario, pose: Array, *, response: bool = False) -> Lin
             loop = Loop(parts)
             opened.callback(loop.close)
             loop.warm_up(held.initial.state())
-            found = _Period(loop, held).linearised(response)
-            return replace(found, notes=(*found.notes, SMALL)) if has_steppers(scenario.robot) else found
+            found = _Period(loop, held, late).linearised(response)
+            small = (SMALL,) if has_steppers(scenario.robot) else ()
+            return replace(found, notes=(*found.notes, *small, *ignored_errors(scenario)))
         except CdprError:
             raise
         except Exception as error:
@@ -123,41 +88,6 @@ def decay_rate(scenario: Scenario, pose: Array) -> float:
     return -math.log(max(largest, np.finfo(float).tiny)) / found.period
 
 
-def unknown_part(scenario: Scenario) -> str:
-    """Return the reason why a kind of part of a scenario has no linearisation at any pose; "" if there is none."""
-    name = scenario.simulation.backend
-    if scenario.actuators is not None:
-        return "the states of actuator FMUs are not known"
-    if isinstance(scenario.controller_options, STARTED):
-        return f"the states of the controller '{scenario.controller.type}' are not known"
-    if _scheme(scenario) not in (RK4, EULER) or isinstance(scenario.backend_options(name), STARTED):
-        return f"the plant of the backend '{name}' is not known"
-    if scenario.world.contact:
-        return "contacts are not linear"
-    robot = scenario.robot
-    if reason := next((why for each in robot.cables if (why := chain_of(robot, each).span.nonlinear(each))), ""):
-        return reason
-    return ""
-
-
-def _scheme(scenario: Scenario) -> object:
-    chosen = chosen_plugins(scenario)["backend"]
-    return chosen.properties(scenario.backend_options(scenario.simulation.backend)).get("scheme", RK4)  # type: ignore[arg-type]
-
-
-def _held(scenario: Scenario, pose: Array) -> Scenario:
-    """Return the scenario at rest at a pose, on the reference."""
-    nonlinear = (part.nonlinear for part in loop_parts(scenario) if part.nonlinear)
-    if reason := unknown_part(scenario) or next(nonlinear, ""):
-        raise NotLinearisedError(reason)
-    rest = {"position": pose[:3].tolist(), "orientation": {"quaternion": pose[3:].tolist()}}
-    changes: dict[str, Any] = {"trajectory": {"type": "hold"}, "initial": rest, "simulation.backend": BACKEND}
-    changes["backend_options"] = {BACKEND: {"scheme": _scheme(scenario)}}
-    if scenario.events:
-        changes["events"] = []
-    return scenario.with_changes(changes | small_steps(scenario))
-
-
 class _Period:
     """One control period as a function of the state of the loop.
 
@@ -166,13 +96,14 @@ class _Period:
     creep slowly, start each period with the same values.
     """
 
-    def __init__(self, loop: Loop, scenario: Scenario) -> None:
+    def __init__(self, loop: Loop, scenario: Scenario, late: LateMeasurements | None) -> None:
+        self._late = late
         parts, robot = loop.parts, scenario.robot
         self._loop, self._robot, self._backend = loop, robot, parts.backend
         self._winches = getattr(parts.backend, "winches", None)
         if loop.memory is None:
             raise NotLinearisedError(f"the states of the controller '{scenario.controller.type}' are not known")
-        own_arrays = (*parts.controller.arrays, *(each for part in parts.more for each in part.arrays))  # type: ignore[attr-defined]
+        own_arrays = (*parts.controller.arrays, *(each for part in parts.more for each in part.linear_states))  # type: ignore[attr-defined]
         self._memory = [array.reshape(-1) for array in own_arrays]
         self._calls = loop.calls.period
         self._used: dict[str, float] = {}  # steps of differences, by the name of the coordinate
@@ -251,6 +182,10 @@ class _Period:
         B = np.zeros((len(x), 0))
         if response:
             B, _ = self._derivative(lambda w: self._after(x, w), none, here)
+        seen, error = np.zeros((len(x), 0)), np.zeros(2 * self._robot.n)
+        if (late := self._late) is not None:
+            size = self.scale[: len(error)]
+            seen, _ = self._derivative(lambda w: late.after(self._loop, w * size, self._after, x), error, here)
         plant, count = np.zeros((0, 0)), self._plant
         if self._winches is not None:
             sides = [self._slope(self._after_plant, x, here[:count], j, CENTRAL)[0] for j in range(count)]
@@ -265,9 +200,10 @@ class _Period:
         both, first = np.ix_(kept, kept), kept[kept < len(plant)]
         names = tuple(self.names[j] for j in kept)
         plant = plant[np.ix_(first, first)]
-        return Linearised(
+        found = Linearised(
             A[both], corners[both], B[kept], plant, names, self.scale[kept], rest[kept], period, step, notes
         )
+        return found if late is None else late.included(found, seen[kept])
 
     def _derivative(self, function: Any, x: Array, here: Array) -> tuple[Array, Array]:
         """Return the derivative of a function at x by extrapolated central differences, and its corners.

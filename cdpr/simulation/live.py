@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from _thread import LockType
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import Any, TypeVar
@@ -22,6 +22,9 @@ from cdpr.scenario.events.limits import TensionLimits
 from cdpr.scenario.events.loads import Wrench
 from cdpr.scenario.events.options import SetOption
 from cdpr.scenario.events.payload import Payload
+from cdpr.scenario.events.sensor_bump import SensorBump
+from cdpr.scenario.events.sensor_failure import SensorFailure
+from cdpr.scenario.events.sensor_occlusion import SensorOcclusion
 from cdpr.scenario.events.stop import EmergencyStop
 from cdpr.scenario.events.target import Target
 from cdpr.simulation.attached_checks import check_known_mass
@@ -174,6 +177,39 @@ class Interventions(ABC):
     def jam(self, cable: Cable, *, detected_after: float | None = None) -> CableJam:
         """Freeze a cable's tension at its value in the last sample; arguments as for `cut`."""
         return self._do("jam", CableJam, {"cable": cable, "detected_after": detected_after})
+
+    def fail_sensor(self, sensor: str, *, duration: float | None = None) -> SensorFailure:
+        """Stop the measurements of a sensor from now on, for `duration` s if given."""
+        return self._do("fail_sensor", SensorFailure, {"sensor": sensor, "duration": duration})
+
+    def occlude_sensor(self, sensor: str, duration: float) -> SensorOcclusion:
+        """Lose the measurements of a sensor for `duration` s."""
+        return self._do("occlude_sensor", SensorOcclusion, {"sensor": sensor, "duration": duration})
+
+    def bump_sensor(
+        self,
+        sensor: str,
+        position: ArrayLike = (0.0, 0.0, 0.0),
+        rotation: ArrayLike = (0.0, 0.0, 0.0),
+        *,
+        bias: float | Sequence[float] | None = None,
+        quantity: str | None = None,
+    ) -> SensorBump:
+        """Move the mount of a sensor, or change its bias, like the event `sensor_bump`.
+
+        Args:
+            sensor: name of the sensor.
+            position: (3,) movement of the mount, m, axes of the body that carries it.
+            rotation: (3,) rotation vector of the mount about its place, rad, likewise.
+            bias: what is added to the bias of a quantity, in its unit: one value, or one for each component.
+            quantity: key of this quantity, by default the first one of the sensor.
+        """
+        keys = {"position": _vector(position, "bump_sensor: position"), "bias": bias, "quantity": quantity}
+        return self._do(
+            "bump_sensor",
+            SensorBump,
+            {"sensor": sensor, **keys, "rotation": _vector(rotation, "bump_sensor: rotation")},
+        )
 
     def limits(
         self, min: float | None = None, max: float | None = None, *, cable: Cable | None = None

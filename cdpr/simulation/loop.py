@@ -33,6 +33,7 @@ from cdpr.simulation.playback import Playback
 from cdpr.simulation.record import Record
 from cdpr.simulation.sample import Sample
 from cdpr.simulation.schedule import Schedule
+from cdpr.simulation.sensors import disturb_of
 from cdpr.simulation.winding import Winding
 from cdpr.tension.command import CommandStage
 from cdpr.tension.operations import Operation, perform
@@ -76,14 +77,14 @@ class Loop:
         self.given_state, self.given_desired = read_only(present.seen), read_only(self.desired)
         self.sample = parts.trajectory.sampler(self.desired)
         locked = present.locked
-        self.calls = ControllerCalls(parts, present.cables, locked, present.view("time"), present.sent)
+        self.calls = ControllerCalls(parts, present)
         self.winding = Winding(parts, present)
         self.stage = self.stage_of(parts.output)
         self.out = self.written(self.stage)
         loads = Loads(present.view("external"), parts.backend.external)
         attached = LoopBodies(parts, present, self._rebind)
         about = parts.control_step, parts.robot, self.stage, loads, parts.settings, attached, locked, present.drive
-        self.schedule = Schedule(parts.events, *about, self.winding.brakes)
+        self.schedule = Schedule(parts.events, *about, self.winding.brakes, disturb_of(parts.more))
         self._memory = Memory(parts, present, self.stage, self.schedule, self.calls)
         # Operations that observe the plant, and the first such: made once, as the geometry of pulleys is expensive.
         self._looking, self._looking_first = (present.observing(h, self._check) for h in (parts.control_step, 0.0))
@@ -314,6 +315,7 @@ class Loop:
         compiled = solver.compiled if known else None
         stage_solver = StageSolver(solver.solve, parts.solver_name, parts.respects_bounds, parts.policy, compiled)
         stage = TensionStage(parts.controlled_robot, stage_solver, self.present.live, self.present.cables)
+        self.calls.correct(stage)
         self.calls.record(stage)
         return stage
 

@@ -77,6 +77,7 @@ class LoopPart:
         moves_anchors: True if `anchor_motion` moves the anchors on the frame; at most one part of a loop. Its section
             declares `needs = of_moving_anchors()`, see `cdpr.base.needs`.
         needs: support that it needs, likewise; by default `of_loop_part()`: in each run, and rejected by exports.
+        measures: True if its columns are measurements, which controllers observe.
         streams: its random streams, which restart at a reset. Their names must be unique in the loop.
 
     Example:
@@ -106,6 +107,7 @@ class LoopPart:
     moves_anchors: bool = False
     needs: Needs = of_loop_part()
     streams: tuple[Stream, ...] = ()
+    measures: bool = False
 
     def connect(self, surroundings: Surroundings) -> None:
         """Receive the live arrays of the loop, before `arrays` and the operations are read."""
@@ -146,6 +148,11 @@ class LoopPart:
     def nonlinear(self) -> str:
         """Return why the loop cannot be linearised with it; "" if `arrays` are its states, and all maps are smooth."""
         return f"the states of the {self.title} are not known"
+
+    @property
+    def linear_states(self) -> tuple[Array, ...]:
+        """Return the arrays that are states of the linearised loop; by default `arrays`."""
+        return self.arrays
 
     @property
     def all_needs(self) -> tuple[Needs, ...]:

@@ -20,7 +20,8 @@ from cdpr.mechanics.stability import oscillator, supports_oscillator
 from cdpr.model.robot import Array
 from cdpr.scenario import Scenario
 from cdpr.simulation.columns import chosen_plugins
-from cdpr.simulation.linearised import Linearised, linearise
+from cdpr.simulation.linear_map import Linearised
+from cdpr.simulation.linearised import linearise
 from cdpr.simulation.resting_start import has_feedback
 
 # Multiple eigenvalues, as those of critical damping, are known only to the root of the error of the derivatives.

@@ -14,6 +14,7 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.scenario.events import ScenarioEvent, first_sample
+from cdpr.sensing.disturbance import Disturbance
 from cdpr.simulation.attached import AttachedBodies
 from cdpr.simulation.brakes import Brakes
 from cdpr.simulation.loads import Loads
@@ -25,6 +26,7 @@ from cdpr.tension.stage import TensionStage
 NEVER = -1  # no sample has this number
 
 Action = Callable[[], None]
+Disturb = Callable[[str, Disturbance], None]
 Does = tuple[ScenarioEvent, tuple[float, ...] | None, list[tuple[float, Action]]]
 
 
@@ -45,6 +47,7 @@ class Schedule:
         locked: (m,), True for cables that the distribution has locked; written.
         applied: (m,), N, tensions that drives apply to ideal cables; by default those of the stage.
         brakes: brakes of the winches.
+        disturb: function that disturbs a sensor.
     """
 
     def __init__(
@@ -59,10 +62,11 @@ class Schedule:
         locked: NDArray[np.bool_] | None = None,
         applied: Array | None = None,
         brakes: Brakes | None = None,
+        disturb: Disturb | None = None,
     ) -> None:
         self._stage, self._step, self._brakes = stage, step, brakes
         self._applied = stage.live.tension if applied is None else applied
-        self._settings, self._attached = settings, attached
+        self._settings, self._attached, self._disturb = settings, attached, disturb
         self._loads = loads
         self._first = stage.cables.copy()
         self._locked = np.zeros(robot.m, dtype=bool) if locked is None else locked
@@ -224,3 +228,8 @@ class Schedule:
         """Change an option of a plugin, if there are plugins."""
         if self._settings is not None:
             self._settings.set(key, value)
+
+    def disturb(self, sensor: str, change: Disturbance) -> None:
+        """Disturb a sensor, if the loop has sensors."""
+        if self._disturb is not None:
+            self._disturb(sensor, change)

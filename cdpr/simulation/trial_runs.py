@@ -15,7 +15,8 @@ from cdpr.model.robot import Array
 from cdpr.scenario import Scenario, load_scenario
 from cdpr.scenario.template import Sizes, scenario_text
 from cdpr.simulation.build import faults
-from cdpr.simulation.linearised import NotLinearisedError, decay_rate
+from cdpr.simulation.linearised import decay_rate
+from cdpr.simulation.linearised_scenario import NotLinearisedError
 from cdpr.simulation.whole_run import simulate
 
 HALVINGS = 7  # of the bandwidth: from the defaults down to that of a slow crane

@@ -19,6 +19,7 @@ from cdpr.testing.changes import expect_changes
 from cdpr.testing.check import Check, expect, expect_close, expect_same_bits, needs
 from cdpr.testing.columns import expect_written
 from cdpr.testing.samples import GRAVITY, NO_GRAVITY
+from cdpr.testing.sensors import MOUNTED
 from cdpr.testing.subjects import ControllerSubject
 
 
@@ -108,6 +109,50 @@ def inputs_may_change(subject: ControllerSubject) -> None:
         expect(np.isfinite(out).all(), f"output {out.tolist()}")
 
 
+def tensions_are_corrected(subject: ControllerSubject) -> str:
+    """The inner loop writes finite tensions within the limits, and repeats them after `reset` and `restore`.
+
+    Skipped for controllers without the method `inner_loop`.
+    """
+    robot = samples.braced()
+    controller = subject.make(robot)
+    needs(type(controller).inner_loop is not Controller.inner_loop, "it has no inner loop")
+
+    def corrected(first: int) -> list[Array]:
+        answers = (_corrected(subject, controller, k) for k in range(first, first + 20))
+        return [answer for answer in answers if answer is not None]
+
+    begin = corrected(0)
+    later, snapshot = corrected(20), controller.snapshot()
+    ways = [corrected(40), later]
+    controller.restore(snapshot)
+    ways[1] = corrected(40)
+    controller.reset()
+    for answers, wanted, when in ((ways[1], ways[0], "the snapshot"), (corrected(0), begin, "reset")):
+        for here, there in zip(answers, wanted, strict=True):
+            expect_same_bits(here, there, f"tensions after {when}")
+    change = max(float(np.abs(after - _distributed(robot, k)).max()) for k, after in enumerate(begin))
+    return f"it changes tensions by up to {change:.3g} N"
+
+
+def _distributed(robot: Robot, k: int) -> Array:
+    """Return tensions (m,) within the limits, N, for a sample."""
+    share = np.random.default_rng(k).uniform(0.2, 0.8, robot.m)
+    return robot.tension_min + share * (np.minimum(robot.tension_max, robot.tension_min + 1e3) - robot.tension_min)
+
+
+def _corrected(subject: ControllerSubject, controller: Controller, k: int) -> Array | None:
+    """Return the tensions of the inner loop for a sample (m,), N; None without one."""
+    robot, wanted = controller.robot, _distributed(controller.robot, k)
+    tension = subject.corrected(controller, wanted, wanted - 5.0, 1e-3 * (k + 1))
+    if tension is None or subject.missing is not None:
+        return tension
+    expect(np.isfinite(tension).all(), f"tensions {tension.tolist()}")
+    within = (tension >= robot.tension_min).all() and (tension <= robot.tension_max).all()
+    expect(within, f"tensions beyond their limits: {tension.tolist()}")
+    return tension
+
+
 def platform_is_renewed(subject: ControllerSubject) -> None:
     """After `renew(robot)` and `reset`, the outputs are identical to those of a new object for this robot.
 
@@ -134,6 +179,7 @@ def columns_are_written(subject: ControllerSubject) -> str:
 
     def work(k: int) -> None:
         subject.compute(controller, *_motion(k), time=1e-3 * k)
+        _corrected(subject, controller, k)
 
     return expect_written(subject.columns, robot, controller, controller.reset, work)
 
@@ -144,11 +190,14 @@ def options_change(subject: ControllerSubject) -> str:
     If a second `change` sets the first options again, the outputs are the same as without any change. Each changeable
     option must have an effect. Skipped without `changeable` options.
     """
+
+    def compute(controller: Controller, k: int) -> Array:
+        out = subject.compute(controller, *_motion(k), time=1e-3 * k)
+        tension = _corrected(subject, controller, k)
+        return out if tension is None else np.append(out, tension)
+
     return expect_changes(
-        subject.changeable,
-        subject.options,
-        lambda options: subject.having(options).make(samples.braced()),
-        lambda controller, k: subject.compute(controller, *_motion(k), time=1e-3 * k),
+        subject.changeable, subject.options, lambda options: subject.having(options).make(samples.braced()), compute
     )
 
 
@@ -222,9 +271,11 @@ def directions_are_equal(subject: ControllerSubject) -> None:
     """The controller works in the same way in all directions.
 
     The kit applies one rotation to the robot, the motion and gravity. An output wrench must rotate in the same way.
-    Output commands must not change. Skipped if the controller declares `isotropic: false`.
+    Output commands must not change. Skipped if the controller declares `isotropic: false`, or `sensors` whose mounts do
+    not rotate.
     """
     needs(subject.properties.get("isotropic", True), "it declares isotropic: false")
+    needs(not MOUNTED & set(subject.properties.get("sensors", ())), "its sensors are mounted in the world")
     robot = samples.braced()
     q = samples.attitude(np.random.default_rng(5))
     R = rotations.matrix(q)
@@ -253,9 +304,13 @@ def _turned_robot(robot: Robot, R: Array) -> Robot:
 def nan_shows(subject: ControllerSubject) -> None:
     """If the state contains NaN, the output contains NaN or infinity, or the controller raises an error.
 
-    Skipped if the controller declares `feedback: false`.
+    The same holds for the measurements of declared `sensors`, with the tensions of an inner loop. If they show the
+    pose, as markers do, the state is not checked. Skipped if the controller declares `feedback: false`.
     """
     _needs_feedback(subject)
+    _nan_measurements_show(subject)
+    if MOUNTED & set(subject.properties.get("sensors", ())):
+        return
     for k in range(13):
         state, desired = _motion(6)
         state[k] = np.nan
@@ -264,6 +319,20 @@ def nan_shows(subject: ControllerSubject) -> None:
         except CdprError:
             continue
         expect(not np.isfinite(out).all(), f"state[{k}] is NaN, but the output is finite: {out.tolist()}")
+
+
+def _nan_measurements_show(subject: ControllerSubject) -> None:
+    for name, i in subject.measured(subject.make(samples.braced())):
+        subject.missing = name, i
+        try:
+            controller = subject.make(samples.braced())
+            out = subject.compute(controller, *_motion(6))
+            tension = _corrected(subject, controller, 6)
+        except CdprError:
+            continue
+        shows = not np.isfinite(out if tension is None else np.append(out, tension)).all()
+        expect(shows, f"{name}[{i}] is NaN, but the output is finite: {out.tolist()}")
+    subject.missing = None
 
 
 def it_settles(subject: ControllerSubject) -> str:
@@ -300,6 +369,7 @@ CHECKS = [
         reset_forgets,
         period_is_whole,
         inputs_may_change,
+        tensions_are_corrected,
         platform_is_renewed,
         columns_are_written,
         options_change,

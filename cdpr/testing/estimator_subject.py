@@ -172,7 +172,8 @@ class EstimatorSubject(Subject):
             if name not in SENSORS:
                 raise CdprError(f"it declares sensors of the unknown type {name!r}")
             kind = SENSORS[name]
-            errors = {each.key: {"noise": noise} for each in kind.quantities if each.key in kind.model_fields}
+            quantities = [each.key for each in kind.quantities if each.key in kind.model_fields]
+            errors: dict[str, Any] = {key: {"noise": noise} for key in quantities}
             found.append(kind(**errors, **settings))
         return found
 

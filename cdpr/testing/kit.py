@@ -149,7 +149,8 @@ def check_controller(
     Args:
         factory: target of the plugin's `PluginInfo.factory`.
         properties: declared properties: `output` (one of `cdpr.plugins.controller.OUTPUTS`), `isotropic` (False if its
-            default gains differ between directions), `feedback` (False if its output does not depend on the state).
+            default gains differ between directions), `feedback` (False if its output does not depend on the state),
+            `sensors` (types of the sensors that it uses).
         options: instance of its options model; None by default.
         columns: declared columns; by default the attribute `columns` of the factory.
         changeable: changeable options; by default the attribute `changeable` of the factory.

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from copy import copy
 from importlib import import_module
-from types import MappingProxyType
 from typing import Any, Self
 
 import numpy as np
@@ -14,7 +13,7 @@ from numpy.typing import NDArray
 from cdpr.base.errors import PluginError, one_line
 from cdpr.base.problems import short_repr
 from cdpr.model import Robot
-from cdpr.model.robot import Array
+from cdpr.model.robot import Array, read_only
 from cdpr.plugins import Backend, Column, Controller, ControllerInputs, Environment, Estimator, TensionSolver
 from cdpr.plugins.controller import COMMANDS
 from cdpr.plugins.registry import with_arrays
@@ -22,6 +21,7 @@ from cdpr.tension import Status
 from cdpr.testing import samples
 from cdpr.testing.check import Failed, NotApplicable, expect
 from cdpr.testing.samples import GRAVITY, Problem
+from cdpr.testing.sensors import SampleSensors
 
 # Convex cost of tensions, given lowest and highest tensions, each (m,), N.
 Cost = Callable[[Array, Array, Array], float]
@@ -167,11 +167,17 @@ class ControllerSubject(Subject):
     Attributes:
         limits: (2, m), N, limits that the last controller observes, live.
         held: (m,), cables that it knows to be held, live.
+        missing: name and index of a measurement that is NaN; None by default.
     """
 
     limits: Array
     held: NDArray[np.bool_]
+    missing: tuple[str, int] | None = None
     _desired: Array
+
+    def __init__(self, *arguments: Any) -> None:
+        super().__init__(*arguments)
+        self._sensors: dict[Controller, SampleSensors] = {}
 
     @property
     def commands(self) -> bool:
@@ -188,23 +194,50 @@ class ControllerSubject(Subject):
         controller: Controller = self._create(robot, gravity, step, self.options)
         self._open.append(controller)
         controller.connect(np.zeros(4))
-        controller.observe(self._inputs(robot))
+        sensors = SampleSensors(self.properties.get("sensors", ()), robot, gravity, step)
+        self._sensors[controller] = sensors
+        controller.use_sensors(sensors.sensors)
+        controller.observe(self._inputs(robot, sensors))
         return controller
 
-    def _inputs(self, robot: Robot) -> ControllerInputs:
+    def corrected(self, controller: Controller, distributed: Array, actual: Array, time: float) -> Array | None:
+        """Return the tensions (m,) that a controller's inner loop writes, N; None without one.
+
+        Args:
+            controller: the controller.
+            distributed: (m,), N, tensions of the distribution.
+            actual: (m,), N, tensions of the cables in the control period before.
+            time: time, s.
+        """
+        tension = np.full(controller.robot.m, np.nan)
+        correct = controller.inner_loop(read_only(distributed), tension)
+        if correct is None:
+            return None
+        sensors = self._sensors[controller]
+        sensors.tension[:] = actual
+        sensors.measure(sensors.state, time, self.missing)
+        correct(time)
+        return tension
+
+    def _inputs(self, robot: Robot, sensors: SampleSensors) -> ControllerInputs:
         """Return inputs of a robot without faults, whose preview is the last desired state."""
         self.limits, self.held = np.array([robot.tension_min, robot.tension_max]), np.zeros(robot.m, dtype=bool)
         limits, held, command = self.limits.view(), self.held.view(), np.zeros(robot.m)
         for given in (limits, held, command):
             given.flags.writeable = False
-        return ControllerInputs(self._preview, limits, held, command, MappingProxyType({}))
+        return ControllerInputs(self._preview, limits, held, command, sensors.measurements)
 
     def _preview(self, times: Array) -> Array:
         return np.tile(self._desired, (len(times), 1))
 
+    def measured(self, controller: Controller) -> list[tuple[str, int]]:
+        """Return name and index of each value that the sensors of a controller measure."""
+        return self._sensors[controller].quantities
+
     def compute(self, controller: Controller, state: Array, desired: Array, time: float = 0.0) -> Array:
         """Return the output: (6,) or (m,)."""
         self._desired = desired.copy()
+        self._sensors[controller].measure(state, time, self.missing)
         out = np.full(controller.robot.m if self.commands else 6, np.nan)
         controller.control(time, state, desired, out)
         return out

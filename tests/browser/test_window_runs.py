@@ -157,3 +157,25 @@ def test_a_payload_is_attached_and_released(page):
     page.wait_for_function("(t) => cdpr.frame.t > t + 0.05", arg=page.evaluate("cdpr.frame.t"))
     page.get_by_role("button", name="Release 20 kg").click()
     page.get_by_role("button", name="Release 20 kg").wait_for(state="detached")
+
+
+def test_a_sensor_is_occluded_bumped_and_fails(page):
+    group = page.get_by_role("group", name="Sensor")
+    assert not group.is_visible()  # the scenario has none
+    page.evaluate("['pose', 'twist', 'pose'].forEach((type) => cdpr.form.insert('sensors', type))")
+    page.wait_for_function("() => document.querySelector('[data-path=\"sensors[2].name\"]')", timeout=20_000)
+    apply(page)
+    assert page.get_by_label("Sensor to disturb").locator("option").all_inner_texts() == ["pose", "twist", "pose_2"]
+    page.get_by_role("button", name="Run", exact=True).click()
+    page.wait_for_function("() => cdpr.frame.t > 0.1")
+    page.get_by_label("Sensor to disturb").select_option("pose_2")
+    page.get_by_label("Occlusion time").fill("0.2")
+    page.get_by_label("Sensor bias").fill("0.02")
+    for name in ("Occlude", "Bump", "Fail"):
+        group.get_by_role("button", name=name).click()
+    page.wait_for_function("() => cdpr.data.events.filter(({text}) => text.includes('pose_2')).length === 3")
+    assert [event["text"] for event in page.evaluate("cdpr.data.events")][-3:] == [
+        "sensor 'pose_2' is occluded",
+        "sensor 'pose_2' is bumped: bias +0.02",
+        "sensor 'pose_2' fails",
+    ]

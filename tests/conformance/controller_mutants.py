@@ -160,6 +160,29 @@ class Assuming(Broken):
             out *= np.isfinite(np.sum(1.0 / (high - low))) or np.inf
 
 
+class Pulling(Broken):
+    """Its inner loop adds a tension that grows, also beyond limits and resets."""
+
+    more = 0.0
+
+    def inner_loop(self, distributed, tension):
+        def correct(time):
+            self.more += 0.1
+            tension[:] = distributed + self.more
+
+        return correct
+
+
+class Unlimited(Broken):
+    """Its inner loop ignores the limits."""
+
+    def inner_loop(self, distributed, tension):
+        def correct(time):
+            tension[:] = distributed + 1e6
+
+        return correct
+
+
 MUTANTS = {
     Unwritten: ({}, ["output_is_complete"]),
     Scribbling: ({}, ["inputs_stay_unchanged"]),
@@ -175,5 +198,7 @@ MUTANTS = {
     Deaf: ({}, ["options_change"]),
     Forgetful: ({}, ["options_change"]),
     Hasty: ({}, ["period_is_whole"]),
+    Pulling: ({}, ["tensions_are_corrected"]),
+    Unlimited: ({}, ["tensions_are_corrected"]),
     Assuming: ({}, ["inputs_may_change"]),
 }

@@ -28,13 +28,20 @@ def kind_of(node: Any) -> str:
         return detail[0]
     if form == Nodetype.NAME:
         return detail.replace("/msg/", "/")
-    assert form == Nodetype.SEQUENCE
-    return kind_of(detail[0]) + "[]"
+    assert form in (Nodetype.SEQUENCE, Nodetype.ARRAY)
+    return kind_of(detail[0]) + (f"[{detail[1]}]" if form == Nodetype.ARRAY else "[]")
+
+
+def element(kind: str) -> str:
+    """Return the type of the elements of "T[]" and "T[9]", "" for others."""
+    return kind.partition("[")[0] if kind.endswith("]") else ""
 
 
 @pytest.mark.parametrize("store", STORES)
 @pytest.mark.parametrize("kind", DEFINITIONS)
 def test_fields_are_those_of_ros(store: Stores, kind: str) -> None:
+    if kind == "sensor_msgs/Range" and store == Stores.ROS2_HUMBLE:
+        pytest.skip("it has no variance in Humble")
     _, theirs = STORES[store].fielddefs[ros_name(kind)]
     assert list(fields(kind)) == [(kind_of(node), name) for name, node in theirs]
 
@@ -57,8 +64,9 @@ def test_schema_text_is_complete(kind: str) -> None:
 
 
 def random_value(kind: str, rng: np.random.Generator) -> Any:
-    if kind.endswith("[]"):
-        return [random_value(kind[:-2], rng) for _ in range(rng.integers(0, 4))]
+    if part := element(kind):
+        size = kind[len(part) + 1 : -1]
+        return [random_value(part, rng) for _ in range(int(size) if size else rng.integers(0, 4))]
     if kind == "string":
         return "".join(rng.choice(list("abcäß→ ")) for _ in range(rng.integers(0, 6)))
     if kind in NUMPY:
@@ -69,9 +77,9 @@ def random_value(kind: str, rng: np.random.Generator) -> Any:
 
 
 def as_rosbags(kind: str, value: Any) -> Any:
-    if kind.endswith("[]"):
-        items = [as_rosbags(kind[:-2], item) for item in value]
-        return np.array(items, NUMPY[kind[:-2]]) if kind[:-2] in NUMPY else items
+    if element(kind):
+        items = [as_rosbags(element(kind), item) for item in value]
+        return np.array(items, NUMPY[element(kind)]) if element(kind) in NUMPY else items
     if kind in DEFINITIONS:
         make = STORES[Stores.ROS2_JAZZY].types[ros_name(kind)]
         return make(**{name: as_rosbags(part, value[name]) for part, name in fields(kind)})
@@ -79,8 +87,8 @@ def as_rosbags(kind: str, value: Any) -> Any:
 
 
 def plain(kind: str, message: Any) -> Any:
-    if kind.endswith("[]"):
-        return [plain(kind[:-2], item) for item in message]
+    if element(kind):
+        return [plain(element(kind), item) for item in message]
     if kind in DEFINITIONS:
         return {name: plain(part, getattr(message, name)) for part, name in fields(kind)}
     return message

@@ -256,6 +256,14 @@ def test_empty_arrays_and_read_only_inputs_are_allowed():
 
 
 @pytest.mark.parametrize("target", targets())
+def test_each_instruction_set_has_the_operations_of_one_problem(monkeypatch, target):
+    """Batches go one lane after the other where lanes do not pay; all else runs on every processor."""
+    fastest = {name for name in operations() if not name.endswith("_lanes")}
+    monkeypatch.setenv(VARIABLE, target)
+    assert {name for name in operations() if not name.endswith("_lanes")} == fastest
+
+
+@pytest.mark.parametrize("target", targets())
 def test_the_environment_forces_an_instruction_set(monkeypatch, target):
     monkeypatch.setenv(VARIABLE, target)
     left, right = np.random.default_rng(1).normal(size=(2, 50, 3))

@@ -30,22 +30,32 @@ def same(name, inputs, shapes, before=None, **values):
     return codes
 
 
-@pytest.mark.parametrize("name", ["computed_torque", "static", "pid"])
+# Arrays of controllers: gains, other inputs, results, and memory.
+CONTROLLERS = {
+    "computed_torque": ((12,), {}, {}, {}),
+    "static": ((12,), {}, {}, {}),
+    "pid": ((12,), {"per_step": (2, 6)}, {}, {"integral": (6,)}),
+    "sliding_mode": ((3, 2), {}, {"surface": (3,), "spin_surface": (3,)}, {}),
+    "adaptive": ((2,), {"rates": (2,), "range": (3,)}, {"mass": (1,), "center": (3,)}, {"deviation": (4,)}),
+}
+
+
+@pytest.mark.parametrize("name", list(CONTROLLERS))
 def test_controllers(name):
-    rng = np.random.default_rng(1)
+    rng, (gains, more, results, memory) = np.random.default_rng(1), CONTROLLERS[name]
     inputs = {
-        "gains": numbers(rng, EACH, 12),
+        "gains": np.abs(numbers(rng, EACH, *gains)),
         "inertial": numbers(rng, EACH, 13),
         "gravity": numbers(rng, EACH, 3),
         "state": states(rng, EACH, 13),
         "desired": states(rng, EACH, 19),
     }
-    shapes, before = {"wrench": (6,)}, None
-    if name == "pid":
-        report = numbers(rng, EACH, 4)
-        report[::2, 0] = 0.0
-        inputs |= {"per_step": np.abs(numbers(rng, EACH, 2, 6)), "report": report}
-        shapes["integral"], before = (6,), {"integral": numbers(rng, EACH, 6)}
+    inputs |= {key: np.abs(numbers(rng, EACH, *shape)) for key, shape in more.items()}
+    if memory:
+        inputs["report"] = numbers(rng, EACH, 4)
+        inputs["report"][::2, 0] = 0.0
+    before = {key: numbers(rng, EACH, *shape) for key, shape in memory.items()} or None
+    shapes = {"wrench": (6,)} | results | memory
     assert not same(name, inputs, shapes, before).any()
 
 

@@ -76,8 +76,8 @@ def states(run):
     return np.concatenate([run[each] for each in ("position", "orientation", "velocity", "angular_velocity")], axis=1)
 
 
-# Not exported: they wrap libraries or other programs, or compute in rational numbers.
-WITHOUT = {"exact", "fmu", "remote", "qpsolvers"}
+# Not exported: they wrap libraries or other programs, compute in rational numbers, or use measurements.
+WITHOUT = {"exact", "fmu", "remote", "qpsolvers", "tension_feedback", "visual_servo"}
 
 
 def exportable(role):

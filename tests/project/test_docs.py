@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import scenario_files
 import teaching
+import teaching_controllers
 import thesis
 import works_where
 import yaml
@@ -308,6 +309,12 @@ class TestCommandsOfTheTeachingPageGiveItsTables:
         slow = ["--no-report", "--set", "simulation.control_step=0.01"]
         assert command_of("rates", tmp_path / "slow", *slow, code=5)["status"] == "diverged"
 
+    def test_controllers(self, tmp_path):
+        said = command_of("controllers", tmp_path, "--no-report")
+        stored = self.STORED["controllers"]["sliding_mode"]["mass"]
+        told = [1e3 * said["position_error_m"][name] for name in ("max", "final")]
+        assert told == pytest.approx([stored["largest_mm"], stored["end_mm"]], rel=SAME)
+
     @pytest.mark.slow  # engines in processes of their own
     def test_steps(self, tmp_path):
         (engine,) = command_of("steps", tmp_path)["groups"][0]["engines"]
@@ -321,6 +328,30 @@ class TestCommandsOfTheTeachingPageGiveItsTables:
         told = {engine["label"]: 1e3 * engine["differences"]["position"]["max"] for engine in group["engines"]}
         assert told == pytest.approx(stored["reference"], rel=SAME)
         assert 1e3 * group["same_scheme"]["semi_implicit_euler"]["position"] < TO_ROUND_OFF
+
+
+def test_text_of_the_teaching_page_on_controllers_matches_its_tables():
+    stored = teaching.results()["controllers"]
+    plain, cells, sliding, adaptive = (stored[name] for name in teaching_controllers.CONTROLLERS)
+    assert all(10.0 < row["delay"]["largest_mm"] < 10.5 for row in stored.values())
+    assert cells["friction"]["largest_mm"] < 0.1 * plain["friction"]["largest_mm"]
+    assert cells["mass"]["largest_mm"] == pytest.approx(plain["mass"]["largest_mm"], rel=0.01)
+    assert sliding["delay_ms"] < min(row["delay_ms"] for name, row in stored.items() if name != "sliding_mode")
+    assert sliding["change_N"]["noise"] == max(row["change_N"]["noise"] for row in stored.values())
+    assert adaptive["mass"]["end_mm"] < 1e-3 < adaptive["mass"]["largest_mm"]
+    assert adaptive["change_N"] == pytest.approx(plain["change_N"], rel=0.01)
+    like = {"type": "computed_torque", "kp": 500, "kd": 60}
+    run = teaching.simulate("caroca.yaml", {**teaching_controllers.CASES["mass"][1], "controller": like})
+    assert teaching_controllers.errors(run).max() == pytest.approx(sliding["mass"]["largest_mm"], rel=0.01)
+
+
+@pytest.mark.parametrize("case", list(teaching_controllers.CASES))
+@pytest.mark.parametrize("name", teaching_controllers.CONTROLLERS)
+@pytest.mark.usual("computed_torque-mass", "tension_feedback-friction", "sliding_mode-noise", "adaptive-mass")
+def test_controllers_of_the_teaching_page_come_out_the_same(name, case):
+    error = teaching_controllers.errors(teaching.simulate("caroca.yaml", teaching_controllers.changes_of(name, case)))
+    stored = teaching.results()["controllers"][name][case]
+    assert error.max() == pytest.approx(stored["largest_mm"], rel=SAME)
 
 
 @pytest.mark.skipif(len(installed(*teaching.BACKENDS)) < len(teaching.BACKENDS), reason="an engine is not installed")

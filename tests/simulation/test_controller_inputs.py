@@ -13,9 +13,12 @@ from cdpr.mechanics import dynamics, kinematics
 from cdpr.model import rotations
 from cdpr.native.bind import bind
 from cdpr.plugins import Controller, SnapshotOfArrays
+from cdpr.plugins.controller import Tunable
 from cdpr.simulation.exported import control_of
 from cdpr.simulation.start import chosen_scenario
 from cdpr.testing import check_controller
+from cdpr_controllers import ComputedTorqueOptions
+from cdpr_controllers.computed_torque import ComputedTorque
 
 HORIZON, PERIOD = 5, 10  # predicted steps; control steps between two calls
 
@@ -306,8 +309,42 @@ def test_invalid_periods_are_rejected(period):
 
 @pytest.mark.parametrize("kind", [Predictive, Watching])
 def test_they_cannot_be_exported(kind):
-    with pytest.raises(CdprError, match=r"uses further inputs \(`observe`\) or a period of several control steps"):
+    with pytest.raises(CdprError, match=r"uses further inputs .* or has a period of several control steps"):
         control_of(chosen_scenario("caroca", None, None, kind, None))
+
+
+class Adding(ComputedTorque):
+    """Computed torque whose inner loop, in Python, adds 10 N to each tension."""
+
+    Options = ComputedTorqueOptions
+
+    def inner_loop(self, distributed, tension):
+        def correct(time):
+            tension[:] = distributed + 10.0
+
+        return correct
+
+
+def test_an_inner_loop_in_python_corrects_the_distributed_tensions():
+    """Also after a restart; events act on what it sends."""
+    options = {"controller": Adding, "overrides": {"simulation.duration": 0.05}}
+    options["overrides"] |= {"events": [{"type": "cable_break", "time": 0.03, "cable": "cable_2"}]}
+    corrected, plain = cdpr.simulate("caroca", **options), cdpr.simulate("caroca", overrides=options["overrides"])
+    np.testing.assert_allclose(corrected.tension[0], plain.tension[0] + 10.0)
+    assert corrected.tension[-1, 1] == 0.0
+    assert corrected.interpreted == ("controller",)
+    with pytest.raises(CdprError, match="corrects the distributed tensions"):
+        control_of(chosen_scenario("caroca", None, None, Adding, None))
+
+
+def test_options_in_scattered_elements_cannot_be_exported(monkeypatch):
+    def tunable(self):
+        gains = self._given["gains"][::2]
+        return {"kp": Tunable(gains, gains.copy())}
+
+    monkeypatch.setattr(ComputedTorque, "tunable", tunable)
+    with pytest.raises(PluginError, match="the array of the option 'kp' in `tunable` is not contiguous"):
+        control_of(chosen_scenario("caroca", None, None, None, None))
 
 
 def test_the_kit_checks_them():

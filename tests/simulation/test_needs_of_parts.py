@@ -125,9 +125,9 @@ def test_workers_reject_cases_of_a_process_with_other_parts(loop, tmp_path):
     assert outcome.status == "failed"
     assert outcome.message.startswith("parts of the loop: expected test_needs_of_parts.loop.<locals>.load.<locals>.")
     assert (
-        "got cdpr.simulation.drives.drives_of, cdpr.simulation.sensors.sensors_of in its worker: add them to "
-        "LOOP_PARTS in a file for --plugin" in outcome.message
-    )
+        "got cdpr.simulation.drives.drives_of, cdpr.simulation.sensors.sensors_of, "
+        "cdpr.simulation.estimation.estimation_of in its worker: add them to LOOP_PARTS in a file for --plugin"
+    ) in outcome.message
 
 
 class Maker:

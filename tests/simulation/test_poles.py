@@ -17,7 +17,8 @@ from cdpr.base.errors import CdprError
 from cdpr.plugins import Controller, SnapshotOfArrays
 from cdpr.plugins.registry import registry
 from cdpr.simulation import loop_problems as loop_problems_module
-from cdpr.simulation.linearised import NotLinearisedError, linearise
+from cdpr.simulation.linearised import linearise
+from cdpr.simulation.linearised_scenario import NotLinearisedError
 from cdpr.simulation.loop_problems import loop_problems
 from cdpr.simulation.poles import bandwidths, closed_loop, plant_poles, poles, verdict
 

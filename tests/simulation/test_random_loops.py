@@ -11,7 +11,8 @@ import pytest
 import cdpr
 from cdpr.base.errors import CdprError, SimulationStopped
 from cdpr.simulation.build import faults
-from cdpr.simulation.linearised import NotLinearisedError, linearise
+from cdpr.simulation.linearised import linearise
+from cdpr.simulation.linearised_scenario import NotLinearisedError
 from cdpr.simulation.poles import STABLE, UNSTABLE, verdict
 
 LOOPS = int(os.environ.get("CDPR_TEST_CASES", "10"))

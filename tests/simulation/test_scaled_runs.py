@@ -20,7 +20,8 @@ SCALES += [
 ]
 
 SAME = 1e-9  # relative: sums of a few thousand samples
-POLES = 1e-7  # relative: the model is linearised by finite differences, whose steps are not all in proportion
+POLES = 1e-8  # relative: forces and moments scale apart, so the wrench matrix is reduced in another order, and six of
+# these poles are nearly equal: differences of 7e-14 in the map of a period, whose steps scale, are 8e-10 of a pole
 ROUND_OFF = 1e-9  # N, J, m, rad of the robot that is not scaled: a figure below it is round-off itself
 
 # Exponents of length, force and time by the end of a figure's name; without any it has no dimension.

@@ -13,9 +13,9 @@ static constexpr cdpr_entry entries[] = {
     entry<CableWrench<double>, cable_wrench<double>>("cable_wrench"),
     entry<BentCables<double>, bent_cables<double>>("bent_cables"),
     entry<BentLengths<double>, bent_lengths<double>>("bent_lengths"),
-#ifndef CDPR_ALONE
     entry<DrumMotions, drum_motions>("drum_motions"),
     entry<DrumLengths, drum_lengths>("drum_lengths"),
+#ifndef CDPR_ALONE
     entry<Geometry<Lanes>, geometry<Lanes>>("geometry_lanes"),
 #endif
 };

@@ -24,6 +24,9 @@ if TYPE_CHECKING:
     from cdpr.scenario.events.loads import Sine, Wrench
     from cdpr.scenario.events.options import SetOption
     from cdpr.scenario.events.payload import Payload
+    from cdpr.scenario.events.sensor_bump import SensorBump
+    from cdpr.scenario.events.sensor_failure import SensorFailure
+    from cdpr.scenario.events.sensor_occlusion import SensorOcclusion
     from cdpr.scenario.events.stop import EmergencyStop
     from cdpr.scenario.events.target import Target
 
@@ -38,6 +41,9 @@ __all__ = [
     "ExternalCommand",
     "Payload",
     "ScenarioEvent",
+    "SensorBump",
+    "SensorFailure",
+    "SensorOcclusion",
     "SetOption",
     "Sine",
     "Target",
@@ -68,6 +74,9 @@ EVENTS: Kinds[ScenarioEvent] = Kinds(
         "outside": "cdpr.scenario.events.external_command:ExternalCommand",
         "contact": "cdpr.scenario.events.contact:Contact",
         "payload": "cdpr.scenario.events.payload:Payload",
+        "sensor_failure": "cdpr.scenario.events.sensor_failure:SensorFailure",
+        "sensor_occlusion": "cdpr.scenario.events.sensor_occlusion:SensorOcclusion",
+        "sensor_bump": "cdpr.scenario.events.sensor_bump:SensorBump",
     }
 )
 AnyEvent = Annotated[ScenarioEvent, EVENTS]

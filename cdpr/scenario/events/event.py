@@ -26,6 +26,8 @@ from cdpr.scenario.changes import Options
 from cdpr.scenario.events.commands import Span
 from cdpr.scenario.motions.guide import Guide, Posed
 from cdpr.scenario.motions.motion import Report
+from cdpr.sensing import Sensor
+from cdpr.sensing.disturbance import Disturbance
 from cdpr.trajectory import Trajectory
 
 
@@ -35,7 +37,7 @@ def first_sample(time: float, step: float) -> int:
 
 
 class EventActions(Protocol):
-    """Receiver of event actions on cables, by name (None for all), and on options. Tensions in N."""
+    """Receiver of event actions on cables, by name (None for all), options and sensors. Tensions in N."""
 
     def hold(self, cable: str, tension: float | None) -> None:
         """Set a cable's tension from now on; None keeps that of the previous sample."""
@@ -51,6 +53,9 @@ class EventActions(Protocol):
 
     def set(self, key: str, value: Any) -> None:
         """Change an option, named as in `controller.kp`, if its plugin supports it."""
+
+    def disturb(self, sensor: str, change: Disturbance) -> None:
+        """Disturb the later measurements of a sensor."""
 
 
 Action = Callable[[EventActions], None]
@@ -153,6 +158,10 @@ class ScenarioEvent(Kind):
     def check_cable(self, names: Sequence[str]) -> str:
         """Return what is wrong with its cable, or ""; `names` are those of the robot."""
         return ""
+
+    def check_sensor(self, sensors: Sequence[Sensor], cables: int) -> Iterator[tuple[str, str]]:
+        """Yield the key and text of problems with the scenario's sensors, of a robot with this number of cables."""
+        return iter(())
 
     def stay(self, guide: Guide, where: Path) -> None:
         """Report violations of the guide; `where` is the path of the event."""

@@ -9,6 +9,7 @@ from typing import Any
 from cdpr.log.limit_violations import LimitChanges
 from cdpr.model import Robot
 from cdpr.scenario.events.event import Action, ScenarioEvent, first_sample
+from cdpr.sensing.disturbance import Disturbance
 
 
 class Limits:
@@ -36,6 +37,9 @@ class Limits:
 
     def set(self, key: str, value: Any) -> None:
         """Do nothing: options change no limit."""
+
+    def disturb(self, sensor: str, change: Disturbance) -> None:
+        """Do nothing: sensors change no limit."""
 
 
 def limit_changes(events: Sequence[ScenarioEvent], robot: Robot, step: float) -> LimitChanges:

@@ -75,7 +75,7 @@ def _facts(file: str, changes: tuple[str, ...], *, strict: bool) -> tuple[dict[s
     if isinstance(loaded, Scenario):
         judged(warnings, strict=strict)
         _require_buildable(loaded)
-        from cdpr.simulation.linearised import unknown_part
+        from cdpr.simulation.linearised_scenario import unknown_part
         from cdpr.simulation.loop_problems import NOT_COMPUTED, loop_problems
 
         loop["closed_loop"], found = loop_problems(loaded)

@@ -121,6 +121,8 @@ class Drawing:
             ends = shown.ends[0]
             frame["exits"] = _short(ends[:, 0].ravel())
             frame["outlines"] = self._outlines(shown, ends)
+        if shown.readings:
+            frame["sensors"] = {name: _short(values[0]) for name, values in shown.readings.items()}
         if shown.unwound is not None:
             frame["curves"] = _short(shown.cable_lines(CURVE_POINTS)[0, :, 1:-1].ravel())
         return frame

@@ -33,6 +33,7 @@ class Driver:
         during: dict[str, object] | None = None,
         *,
         folder: Path | None = None,
+        start: float = 0.0,
     ) -> None:
         self.folder = Path(fmpy.extract(str(path), unzipdir=None if folder is None else str(folder)))
         about = fmpy.read_model_description(str(self.folder))
@@ -53,14 +54,16 @@ class Driver:
             fmi2.defaultCallbacks.logger = fmi2.fmi2CallbackLoggerTYPE(fmi2.printLogMessage)
             addLoggerProxy(ctypes.byref(fmi2.defaultCallbacks))
         self.fmu.instantiate()
-        self.initialise(parameters or {}, during or {})
+        self.initialise(parameters or {}, during or {}, start)
 
-    def initialise(self, parameters: dict[str, object], during: dict[str, object]) -> None:
+    def initialise(self, parameters: dict[str, object], during: dict[str, object], start: float = 0.0) -> None:
         for name, value in parameters.items():
             self.set(name, value)
         if self.fmi == 2:
-            self.fmu.setupExperiment(startTime=0.0)
-        self.fmu.enterInitializationMode()
+            self.fmu.setupExperiment(startTime=start)
+            self.fmu.enterInitializationMode()
+        else:
+            self.fmu.enterInitializationMode(startTime=start)
         for name, value in during.items():
             self.set(name, value)
         self.at_start = self.state()  # already what the parameters make it

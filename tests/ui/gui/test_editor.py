@@ -276,3 +276,21 @@ def test_a_robot_of_the_scenarios_own_is_edited_there(tmp_path: Path) -> None:
     assert made.frame is not None
     assert made.frame.colour == "#336699"
     assert (tmp_path / "a.yaml").read_text().count("#") > 30  # a comment on every key, still
+
+
+def test_new_sensors_have_names_of_their_own_and_complete_values(folder: Path) -> None:
+    editor = Editor(str(folder / "caroca.yaml"))
+    for kind in ("pose", "twist", "pose", "pose", "markers", None):
+        editor.insert("sensors", kind)
+    assert [sensor.title for sensor in editor.scenario().sections.sensors] == [
+        "pose",
+        "twist",
+        "pose_2",
+        "pose_3",
+        "markers",
+        "markers_2",
+    ]
+    for kind in ("sensor_failure", "sensor_occlusion", "sensor_bump"):
+        editor.insert("events", kind)
+    assert {event.sensor for event in editor.scenario().events} == {"pose"}
+    assert not editor.form()["problems"]

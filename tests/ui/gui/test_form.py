@@ -123,6 +123,7 @@ def test_every_type_of_event_and_motion_loads_as_it_begins() -> None:
     """Except those that need a file, which have a hint in their field."""
     editor = Editor("caroca")
     editor.edit("robot.cable.diameter", 0.01)
+    editor.insert("sensors", "tension")
     for event in EVENTS.values():
         editor.insert("events", event.kind())
         form = editor.form()

@@ -16,12 +16,13 @@ from cdpr.ui.gui.editor import choose, edit, nominal
 from cdpr.ui.gui.editor.fields import ANY, MISSING, ONE_OF, Field, Schema, at, branches, every, resolve
 from cdpr.ui.gui.editor.files import File, Files
 from cdpr.ui.gui.editor.form import SCHEMA
-from cdpr.ui.gui.editor.starts import Starts
+from cdpr.ui.gui.editor.starts import Starts, another_sensor
 
 Texts = dict[str, str]  # by file
 
 ROLES: tuple[Role, ...] = ("controller", "solver", "estimator")
 CABLES: Path = ("robot", "cables")
+SENSORS: Path = ("sensors",)
 LIMITS: tuple[Path, ...] = (("robot", "tension", "min"), ("robot", "tension", "max"))
 
 
@@ -89,6 +90,8 @@ class FormEdits:
             raise CdprError(f"{dotted(key)}: is not a list, so nothing can be inserted")
         if not isinstance(value, dict):
             value = self._item(key, value, items)
+            if key == SENSORS and isinstance(value, dict):
+                value = another_sensor(value, items)
         for limits in self._limits() if key == CABLES else ():
             held = at(self._data, limits)
             texts = self._write(texts, limits, [*held, held[-1]])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ HOME = [0.0, 0.0, 1.0]  # m
 MASS = 10.0  # kg
 HIGHEST = 1000.0  # N
 GRAVITY = 9.81  # m/s^2
+JUMP = 0.01  # of a bias, in the unit of its quantity
 
 
 class Starts:
@@ -47,6 +49,8 @@ class Starts:
             mass = at(self._data, ("robot", "platform", "mass"))
             weight = GRAVITY * (mass if _number(mass) and mass > 0.0 else MASS)
             values |= {"time": AT, "duration": FOR, "force": [0.0, 0.0, -_rounded(SHARE * weight)]}
+        if {"sensor", "bias"} <= keys:
+            return values | {"bias": JUMP}
         if {"time", "position"} <= keys:
             values |= {"position": self.position(), "duration": NUMBERS["duration"]}
         if {"time", "max"} <= keys:
@@ -74,6 +78,11 @@ class Starts:
             return [self.value(node["items"], key)]
         if kind == "choice":
             return node.get("const", node.get("enum", [None])[0])
+        item = resolve(node["items"], self._root) if kind == "yaml" and isinstance(node.get("items"), dict) else {}
+        if item and kind_of(item, self._root) == "vector":
+            return [self._vector(item, key)]
+        if key == "sensor":
+            return next(iter(sensor_names(at(self._data, ("sensors",)))), "")
         if key == "cable":
             return cable_names(self._cables())[0] if self._cables() else 1
         if kind == "number":
@@ -139,6 +148,21 @@ class Starts:
     def _cables(self) -> list[Any]:
         cables = at(self._data, ("robot", "cables"))
         return cables if isinstance(cables, list) else []
+
+
+def sensor_names(sensors: Any) -> list[str]:
+    """Return the names of sensors, which may be invalid; by default, the name of a sensor is its type."""
+    given = [each for each in sensors if isinstance(each, dict)] if isinstance(sensors, list) else []
+    return [str(each.get("name") or each.get("type")) for each in given]
+
+
+def another_sensor(values: dict[str, Any], sensors: list[Any]) -> dict[str, Any]:
+    """Return a new sensor with a name that none of `sensors` has."""
+    taken, kind = sensor_names(sensors), str(values.get("type"))
+    if kind not in taken:
+        return values
+    name = next(name for k in count(2) if (name := f"{kind}_{k}") not in taken)
+    return {"type": kind, "name": name, **values}
 
 
 def _number(value: Any) -> bool:

@@ -6,7 +6,7 @@ class Disturb {
     this.pushes = make("span", { className: "pushes" });
     this.cable = make("select", { id: "cable", "aria-label": "Cable to cut or jam" });
     this.changes = live.output.tabs.panel("change", "Change");
-    this.parts = [this.push(), this.payload(), this.cables(), this.limits(), this.target(), this.winches()];
+    this.parts = [this.push(), this.payload(), this.cables(), this.limits(), this.target(), this.winches(), this.sensing()];
     home.append(...this.parts, this.saving());
   }
 
@@ -57,6 +57,20 @@ class Disturb {
     this.cable.addEventListener("blur", () => this.live.select(null));
     const cut = button("Cut", act("cut"), { title: "The cable breaks" });
     return this.part("Cable", this.cable, cut, button("Jam", act("jam"), { title: "The tension of the cable no longer changes" }));
+  }
+
+  // Failure and occlusion of a sensor, and a step of its bias.
+  sensing() {
+    this.sensor = make("select", { id: "sensor", "aria-label": "Sensor to disturb" });
+    const time = this.numbers("Occlusion time", [""], "s", ["0.5"]), step = this.numbers("Sensor bias", [""], "", ["0.01"]);
+    step.inputs[0].title = "Added to the first quantity of the sensor, in its unit";
+    const send = (what, more) => { if (this.sensor.value) this.live.send({ do: what, sensor: this.sensor.value, ...more }); };
+    const occlude = () => { const d = this.read(time); if (d) send("occlude_sensor", { duration: d[0] }); };
+    const bump = () => { const b = this.read(step); if (b) send("bump_sensor", { bias: b[0] }); };
+    this.sensors = this.part("Sensor", this.sensor, button("Fail", () => send("fail_sensor"), { title: "No measurements from now on" }),
+      time.root, button("Occlude", occlude, { title: "No measurements for this time" }), step.root, button("Bump", bump, { title: "The bias jumps" }));
+    this.sensors.hidden = true;
+    return this.sensors;
   }
 
   limits() {
@@ -143,7 +157,7 @@ class Disturb {
   }
 
   // Ended or failed runs cannot be disturbed, but can be saved.
-  show({ phase, cables = [], pushes = [], changeable = [], winches = [], manual = false }) {
+  show({ phase, cables = [], pushes = [], changeable = [], winches = [], sensors = [], manual = false }) {
     for (const part of this.parts) {
       part.disabled = OVER.includes(phase);
       part.title = part.disabled ? "The run is over: reset it, or run it again" : "";
@@ -163,6 +177,9 @@ class Disturb {
     if (String(names) !== String(this.wound?.map(({ name }) => name))) this.winch.replaceChildren(...names.map((name) => option(name, name)));
     Object.assign(this, { wound: winches });
     this.jog.hidden = !winches.length;
+    this.sensors.hidden = !sensors.length;
+    const known = [...this.sensor.options].map(({ value }) => value);
+    if (String(sensors) !== String(known)) this.sensor.replaceChildren(...sensors.map((name) => option(name, name)));
     this.back.disabled = !manual;
     this.measure();
   }

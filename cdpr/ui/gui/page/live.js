@@ -28,6 +28,7 @@ class LiveFilm extends Film {
       force,
       exits: frame.exits || null,
       curves: frame.curves || null,
+      readings: frame.sensors || {},
     });
     this.last.n = frame.n;
     this.last.t = frame.t;

@@ -23,6 +23,7 @@ from cdpr.ui.report.player.assets import viewer
 from cdpr.ui.report.player.data import page_data
 from cdpr.ui.report.player.scenes import scene_of_run
 from cdpr.ui.report.plots import run as plots
+from cdpr.ui.report.plots import sensors as sensing
 from cdpr.ui.report.plots.histories import histories
 from cdpr.ui.report.plots.panel import Panel
 from cdpr.ui.report.text.sentence import sentence
@@ -132,11 +133,33 @@ def _texts(columns: Sequence[Column]) -> str:
 def drawings(run: Run) -> list[Drawing]:
     """Return the figures of the report, in order."""
     columns = run.header.columns
-    own, others = [each for each in columns if each.owner], [each for each in columns if not each.owner]
+    shown = sensing.names_of(run)
+    own = [each for each in columns if each.owner]
+    others = [each for each in columns if not each.owner and each.name not in shown]
     plugins = Drawing(
         "Plugins", "Recorded by plugins", plots.plugins, f"Quantities of plugins. {_texts(own)}.", minor=True
     )
-    further = Drawing("Further", "Sensors and further quantities", plots.further, f"{_texts(others)}.", minor=True)
+    further = Drawing("Further", "Further quantities", plots.further, f"{_texts(others)}.", minor=True)
+    sensors = Drawing(
+        "Sensors",
+        "Sensors: measured, true, and error",
+        sensing.sensors,
+        "The measurement that is held at each sample, the true value at the time of this measurement, and their "
+        "difference. The dashed lines are three standard deviations of the white noise: 99.7 % of the errors of a "
+        "sensor with noise alone are within them. Bias, drift, gain, resolution and faults move errors outside. Of a "
+        "sensor with more than 16 values, the plots show the mean, and the root of the mean square of the errors.",
+        minor=True,
+    )
+    estimate = Drawing(
+        "Estimate",
+        "Estimated state",
+        sensing.estimate,
+        "State that the estimator provides, and the true one; errors are true minus estimated. The dashed lines around "
+        "an error are three standard deviations that the estimator itself states: errors beyond them show that it "
+        "trusts its model too much. NIS and NEES are the squares of innovation and error, normalised by the "
+        "covariance; if the model is right, 95 % of them are between the dashed lines.",
+        minor=True,
+    )
     motors = Drawing(
         "Motors",
         "Motor currents and electrical power",
@@ -230,6 +253,8 @@ def drawings(run: Run) -> list[Drawing]:
             "not judge the balance.)",
             minor=True,
         ),
+        *([sensors] if run.header.sensors else []),
+        *([estimate] if run.header.layout.has("estimated") else []),
         *([further] if others else []),
         *([plugins] if own else []),
     ]

@@ -72,7 +72,10 @@ def _legend(data: Mapping[str, Any]) -> str:
         toggles.insert(0, "path")
     if any("force" in scene for scene in scenes):
         toggles.append("force")
+    if "sensors" in first:
+        toggles.append("sensors")
     marks = {"ghost": _swatch(colours.DESIRED, "desired"), "force": _swatch(colours.FORCE, "force")}
+    marks["sensors"] = _swatch(colours.SENSOR, "sensors")
     buttons = [f'<button type="button" data-do="{key}">{marks.get(key, key)}</button>' for key in toggles]
     return f'<div class="legend">{"".join([*shown, *buttons])}</div>'
 

@@ -30,6 +30,7 @@ PAIRS = {
     "limit": colours.LIMIT,
     "desired": colours.DESIRED,
     "force": colours.FORCE,
+    "sensor": colours.SENSOR,
     "ground": colours.GROUND,
     "grid": colours.GRID,
     "body": colours.BODY,

@@ -10,7 +10,7 @@ import numpy as np
 
 from cdpr.log.run import Run
 from cdpr.model.robot import Array
-from cdpr.scene import Pictures, Subject, solid
+from cdpr.scene import Pictures, SensorDrawing, Subject, solid
 from cdpr.scene.colours import DARK
 from cdpr.scene.shapes import radius_around, world_origin
 from cdpr.ui.report.player.arrays import Arrays
@@ -57,6 +57,8 @@ def scene(shown: Pictures, arrays: Arrays, label: str = "") -> dict[str, Any]:
     if subject.tools:
         out["tools"] = {name: list(point) for name, point in subject.tools.items()}
         out["led"] = subject.led
+    if subject.sensors:
+        out["sensors"] = [_sensor(each, shown, arrays) for each in subject.sensors]
     if subject.exits:
         out["exits"] = arrays.fine(shown.ends[:, :, 0])
         out["outlines"] = _outlines(shown, arrays)
@@ -82,6 +84,19 @@ def _body(subject: Subject, arrays: Arrays) -> dict[str, Any] | None:
         return None
     vertices, triangles = arrays.fine(body.vertices), arrays.coarse(body.triangles)
     return {"vertices": vertices, "triangles": triangles, "faces": [list(face) for face in body.faces]}
+
+
+def _sensor(sensor: SensorDrawing, shown: Pictures, arrays: Arrays) -> dict[str, Any]:
+    """Return the drawing of a sensor, and its values in all frames if they are known."""
+    parts = {"edges": sensor.edges, "marks": sensor.marks, "rays": sensor.rays}
+    values = shown.readings.get(sensor.name)
+    return {
+        "name": sensor.name,
+        "carried": sensor.carried,
+        "at": sensor.at.tolist(),
+        **{key: part.round(6).tolist() for key, part in parts.items()},
+        **({} if values is None else {"values": arrays.coarse(values)}),
+    }
 
 
 def _bounds(shown: Pictures, sane: Any) -> list[list[float]]:

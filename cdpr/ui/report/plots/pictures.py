@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from cdpr.log.run import Run
+from cdpr.model.robot import Array
 from cdpr.scenario.events import limits_change
 from cdpr.scene import Pictures, pictures
 
@@ -38,5 +39,12 @@ def pictures_of(run: Run, rows: NDArray[np.int64] | None = None) -> Pictures:
         desired=(shown.desired_position, shown.desired_orientation),
         force=shown.external[:, :3],
         unwound=shown.unstretched_length if run.header.spans else None,
+        readings=_readings(shown),
         limits_until=min(changes, default=np.inf),
     )
+
+
+def _readings(run: Run) -> dict[str, Array]:
+    """Return the columns of sensors that are drawn."""
+    known = run.header.layout.fields
+    return {each.column: run[each.column] for each in run.header.subject.sensors if each.column in known}

@@ -13,6 +13,7 @@ from cdpr.log.run import Run
 from cdpr.scenario.events import limits_change
 from cdpr.ui.report.plots.histories import PLUGIN, Points, histories
 from cdpr.ui.report.plots.panel import Curves, Entry, Limit, Panel
+from cdpr.ui.report.plots.sensors import estimate, names_of, sensors
 from cdpr.ui.report.style import AXES, CABLES, DARK, DESIRED, INK, LEAST_ERROR, SOFT, cable_looks, shorten
 
 
@@ -115,8 +116,9 @@ def plugins(run: Run) -> list[Panel]:
 
 
 def further(run: Run) -> list[Panel]:
-    """Return a panel for each other column that not all runs have, such as those of sensors."""
-    return [_column(run, column) for column in run.header.columns if not column.owner]
+    """Return a panel for each other column that not all runs have."""
+    shown = names_of(run)
+    return [_column(run, column) for column in run.header.columns if not column.owner and column.name not in shown]
 
 
 def _column(run: Run, column: columns.Column) -> Panel:
@@ -204,7 +206,21 @@ def _limit(name: str, cables: Sequence[int], values: Sequence[float]) -> Limit:
     return Limit(f"{name} {distinct[0]:g}–{distinct[-1]:g} N", distinct, colours)
 
 
-FIGURES = (plugins, further, pose, velocity, acceleration, errors, tensions, cables, distribution, motors, energy)
+FIGURES = (
+    plugins,
+    further,
+    sensors,
+    estimate,
+    pose,
+    velocity,
+    acceleration,
+    errors,
+    tensions,
+    cables,
+    distribution,
+    motors,
+    energy,
+)
 
 
 def by_name(run: Run) -> dict[str, Panel]:

@@ -48,11 +48,21 @@ class Film {
       force: this.force ? mixed(this.force, 3) : null,
       exits: this.exits ? mixed(this.exits, 3 * m) : null,
       curves: this.curves ? mixed(this.curves, this.curves.length / this.count) : null,
+      readings: this.readingsAt(i),
     });
   }
 
+  // Values of the sensors by name: a measurement is held until the next.
+  readingsAt(i) {
+    const known = (this.sensors || []).filter((sensor) => sensor.values);
+    return Object.fromEntries(known.map(({ name, values }) => {
+      const width = values.length / this.count;
+      return [name, values.subarray(i * width, (i + 1) * width)];
+    }));
+  }
+
   // Picture of one row: everything follows from the same numbers.
-  picture(index, { position, orientation, desired, tension, state, force, exits, curves }) {
+  picture(index, { position, orientation, desired, tension, state, force, exits, curves, readings }) {
     const pose = modelMatrix(position, orientation);
     return {
       index,
@@ -62,6 +72,7 @@ class Film {
       state: state || new Uint8Array(this.cables.length),
       force,
       curves, // inner points of cables that sag
+      readings: readings || {},
       exits: exits || this.anchors.flatMap((a) => a.slice(0, 3)),
       tips: this.anchors.map((a) => moved(pose, a.slice(3))),
     };
@@ -219,7 +230,27 @@ function moving(film, picture, look, options) {
   if (options.force && picture.force && film.strongest > 0) {
     arrow(lines, picture.pose, picture.force, 0.55 * options.radius / film.strongest, look.force);
   }
+  if (options.sensors) for (const sensor of film.sensors || []) drawSensor(sensor, picture, look, lines, labels);
   return { lines: lines.done(), solids, labels };
+}
+
+// Point and name, frustum, rays to the measured distances, and marks: large where they are seen.
+function drawSensor(sensor, picture, look, lines, labels) {
+  const [own, other] = sensor.carried ? [picture.pose, UNMOVED] : [UNMOVED, picture.pose], values = picture.readings[sensor.name];
+  const at = moved(own, sensor.at), ends = sensor.edges.map((end) => moved(own, end));
+  lines.add(at, at, look.sensor, 6);
+  labels.push({ at, text: sensor.name, colour: look.css.sensor });
+  for (let k = 0; k + 1 < ends.length; k += 2) lines.add(ends[k], ends[k + 1], look.sensor, 1.6);
+  sensor.rays.forEach((ray, k) => {
+    if (!values || !Number.isFinite(values[k])) return;
+    const tip = moved(own, ray.map((x, i) => sensor.at[i] + values[k] * x));
+    lines.add(at, tip, look.sensor, 1.2, 0.6);
+    lines.add(tip, tip, look.sensor, 4);
+  });
+  sensor.marks.forEach((mark, k) => {
+    const there = moved(other, mark), seen = values && values[k] > 0.5;
+    lines.add(there, there, seen ? look.sensor : look.slack, seen ? 7 : 4);
+  });
 }
 
 function drawBody(film, pose, colour, opacity, edge, lines, solids) {

@@ -13,7 +13,7 @@ class Viewer {
     this.camera = this.makeCamera();
     this.canvas = root.querySelector("canvas.space");
     this.paper = root.querySelector("canvas.labels");
-    this.options = { ghost: true, path: true, numbers: true, force: true, radius: this.camera.radius, selected: null };
+    this.options = { ghost: true, path: true, numbers: true, force: true, sensors: true, radius: this.camera.radius, selected: null };
     this.painter = this.makePainter();
     this.theme();
     this.hands();
@@ -70,7 +70,7 @@ class Viewer {
     const body = this.films[0].colours.platform;
     const base = {
       css, states, ramp: this.data.ramp[dark].map(rgb), slack: rgb(css.slack), limit: rgb(css.limit), ink: rgb(css.ink),
-      desired: rgb(css.desired), force: rgb(css.force), edge: rgb(css.ink), opacity: 1,
+      desired: rgb(css.desired), force: rgb(css.force), sensor: rgb(css.sensor), edge: rgb(css.ink), opacity: 1,
       body: rgb(body || css.body),
     };
     this.looks = this.films.map((_, i) => {
@@ -112,7 +112,7 @@ class Viewer {
       const picture = this.pictures[i];
       if (this.options.path) lines.push(...this.paths(i, picture));
       if (film.outlines) lines.push(this.outlines(film, picture, this.looks[i]));
-      const found = moving(film, picture, this.looks[i], { ...this.options, ghost: this.options.ghost && i === 0 });
+      const found = moving(film, picture, this.looks[i], { ...this.options, ghost: this.options.ghost && i === 0, sensors: this.options.sensors && i === 0 });
       lines.push(found.lines);
       solids.push(...found.solids);
       if (i === 0) labels.push(...found.labels);
