@@ -27,6 +27,13 @@ class SensorModel:
         measured: (n,), the last measurement that has arrived, held; live and read-only.
         age: (1,), s, time since it was taken; likewise.
         fresh: (1,), 1 at the control step in which it arrived, else 0; likewise.
+
+    Example:
+        >>> import numpy as np
+        >>> import cdpr
+        >>> arrays = np.zeros(16), np.zeros(1), np.ones(1)  # lengths and rates of eight cables, age, fresh
+        >>> cdpr.plugins.SensorModel(cdpr.sensing.Encoders(name="drums"), *arrays).title
+        'drums'
     """
 
     sensor: Sensor
@@ -54,6 +61,16 @@ class EstimatorInputs:
             rest. Equal to `command` for tensions.
         limits: (2, m), N, lowest and highest tensions that the tension distribution knows.
         held: (m,), True for cables known to be broken or jammed.
+
+    Example:
+        >>> import cdpr
+        >>> class Motionless(cdpr.plugins.Estimator):
+        ...     def connect(self, inputs):
+        ...         self.inputs = inputs
+        ...     def estimate(self, time, out):
+        ...         out[:] = self.inputs.start
+        >>> [name for name in ("start", "command") if name in cdpr.plugins.EstimatorInputs.__annotations__]
+        ['start', 'command']
     """
 
     time: Array

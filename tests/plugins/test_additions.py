@@ -123,6 +123,23 @@ MEASURED = """
 """
 
 
+STILL = '''"""Estimate that remains at the start."""
+
+from cdpr.plugins import Estimator, SnapshotOfArrays
+
+
+class Still(SnapshotOfArrays, Estimator):
+    """Initial state."""
+
+    arrays = ()
+
+    def connect(self, inputs):
+        self._start = inputs.start
+
+    def estimate(self, time, out):
+        out[:] = self._start
+'''
+
 SPRING_LAW = """\
 from cdpr.plugins import Controller
 
@@ -247,6 +264,27 @@ def test_a_solver_a_controller_and_a_backend(tree):
     assert (told.header.solver, told.header.controller, told.header.backend) == ("weighted", "spring", "drag")
     asked = 5000.0 * (told.desired_position - told.position)[:, :2]
     np.testing.assert_allclose(told.wrench[:, :2], asked, rtol=0.0, atol=1e-9)
+
+
+@pytest.mark.slow
+def test_an_estimator(tree):
+    """A file, and a row in the list of its package; the kit checks it, too."""
+    folder, add, run = tree
+    package = "cdpr_controllers.estimators"
+    place = 'Return the built-in estimators."""\n    return [\n'
+    row = (
+        f'        PluginInfo(name="still", factory="{package}.still:Still", summary="added", '
+        'properties={"sensors": ()}),\n'
+    )
+    add("cdpr_controllers/estimators/still.py", STILL, "cdpr_controllers/estimators/__init__.py", listed=(row, place))
+    short = ("--set", "estimator.type=still", "--set", "simulation.duration=0.02", "--no-report")
+    done = run("run", ROOT / "scenarios" / "caroca.yaml", *short, "--out", folder / "still")
+    assert done.returncode == 0, done.stderr
+    found = load_run(folder / "still")
+    np.testing.assert_array_equal(found["estimated_position"], np.tile(found.position[0], (21, 1)))
+    done = run("check", "estimator", "still")
+    assert done.returncode == 7  # it forgets no wrong start
+    assert "passed  reset_forgets" in done.stdout
 
 
 @pytest.mark.slow
