@@ -78,7 +78,8 @@ def sensor_groups(header: Header, channel: int) -> list[Group]:
         messages = _messages(sensor, header)
         if messages:
             every = header.log_every * max(1, int(sensor["period"] / header.log_step + 1e-6))
-            groups.append(_group(messages, header, channel, every, f"{sensor['name']}_age"))
+            age = f"{sensor['name']}_age"  # of measurements; cameras have none
+            groups.append(_group(messages, header, channel, every, age if age in header.layout.columns else ""))
             channel += len(messages)
     estimate = _estimate(header)
     if estimate:
