@@ -17,7 +17,9 @@ from cdpr.sensing.errors import AttitudeErrors
 
 MOST_WAITING = 1e6  # values, 8 MB, which each snapshot copies
 BELIEVED = "believed"
-FIXED = "type", "name", BELIEVED  # keys that a nominal sensor shares with the true one
+# Keys that a nominal sensor shares with the true one. Measurements have the times at which they were taken, so their
+# delays are known.
+FIXED = "type", "name", BELIEVED, "period", "delay", "jitter"
 Multiple = Callable[[Path, float, float], None]  # reports a time that is no multiple of the control step, s
 
 
@@ -52,13 +54,16 @@ class SensorChecks(Checks):
                 places.append((("sensors", i, BELIEVED), self._nominal(("sensors", i, BELIEVED), sensor, cables)))
             for path, each in places:
                 if each is not None:
-                    for key in ("period", "delay", "jitter"):
-                        if (value := getattr(each, key)) and self.document.get((*path, key)) is not None:
-                            multiple((*path, key), value, control_step)
                     self._biases(path, each, cables)
+            for key in ("period", "delay", "jitter"):
+                if value := getattr(sensor, key):
+                    multiple(("sensors", i, key), value, control_step)
             self._name(i, sensor, columns)
             self._size(i, sensor, cables, control_step)
         estimator = self.document.get(("estimator", "type"))
+        if estimator in (None, ESTIMATOR) and self.document.get(("estimator", "start")) is not None:
+            text = f"the estimator `{ESTIMATOR}` has no start: remove this key, or choose another estimator"
+            self.add_problem(("estimator", "start"), text)
         for one, other in (("pose", "twist"), ("twist", "pose")) if estimator in (None, ESTIMATOR) else ():
             if one in used and other not in used:
                 text = f"the controller uses this {one}, and needs a {other}, too: add a sensor of the type {other}"

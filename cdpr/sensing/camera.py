@@ -77,6 +77,12 @@ class Camera(Sensor):
             raise ValueError(f"must be 0 for a camera, got {value:g}: images are recorded at the times of their states")
         return value
 
+    @field_validator("believed")
+    @classmethod
+    def _unused(cls, value: dict[str, Any] | None) -> None:
+        if value:
+            raise ValueError("not allowed for a camera, whose images no estimator or controller uses: remove this key")
+
     @property
     def columns(self) -> tuple[Column, ...]:
         """No columns: images are not part of the rows."""

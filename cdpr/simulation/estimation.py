@@ -162,7 +162,10 @@ class Estimation(LoopPart):
         return [Operation("estimator", each, self._refuse_code, timed=True) for each in compiled]
 
     def _refuse_code(self, code: int) -> None:
-        raise PluginError(f"the estimator's compiled operation returned {code}; expected 0")
+        raise PluginError(
+            f"the estimator '{self._entry.info.name}' failed: its compiled operation returned {code}, expected 0. If "
+            "the estimate diverged, check its options, its start and the noise of the sensors"
+        )
 
     def _judging(self, surroundings: Surroundings, out: Array) -> list[Operation]:
         """Return the operations that write the columns about the uncertainty of the estimate."""

@@ -43,6 +43,7 @@ class ComplementaryOptions(PluginOptions):
     )
 
 
+LEAST_FLOOR = 1e-12  # its square is far above the smallest normal number, so that no variance becomes 0
 Deviation = Annotated[NonNegative, Field(le=MAX_MAGNITUDE)]
 
 
@@ -59,7 +60,7 @@ class EkfOptions(PluginOptions):
         description="density of the unknown moment; default: that of the force times the characteristic length",
         json_schema_extra=unit("N m sqrt(s)"),
     )
-    noise_floor: Annotated[float, Field(gt=0.0, le=MAX_MAGNITUDE)] = Field(
+    noise_floor: Annotated[float, Field(ge=LEAST_FLOOR, le=MAX_MAGNITUDE)] = Field(
         1e-6, description="smallest standard deviation of a measured value, in its unit; for sensors without noise"
     )
     position_error: Deviation = Field(

@@ -7,6 +7,7 @@
 #pragma once
 
 #include <cdpr/field.hpp>
+#include <cdpr/number.hpp>
 #include <cdpr/rotation.hpp>
 
 namespace cdpr::CDPR_TARGET {
@@ -52,17 +53,21 @@ CDPR_INLINE void integrate(const ComplementaryFilter& p, InertialState& s, doubl
     s.position = s.position + (0.5 * elapsed) * (before + s.velocity);
 }
 
-// Correct by the pose, `elapsed` (s) after the last correction.
+// Largest gain times the time between two poses. After a longer time, such as an occlusion, a correction overshoots.
+constexpr double LARGEST_SHARE = 0.5;
+
+// Correct by the pose, `elapsed` (s) after the last correction, or a shorter time that keeps the filter stable.
 CDPR_INLINE void correct(const ComplementaryFilter& p, InertialState& s, double elapsed) {
-    const double bandwidth = p.gains[0];
+    const double bandwidth = p.gains[0], span = smaller(elapsed, LARGEST_SHARE / bandwidth);
+    const double turning = smaller(elapsed, LARGEST_SHARE / p.gains[1]);
     const Quaternion<double> q = quaternion(p.pose + 3);
     const Vector<double> apart = vector(p.pose) + rotate(q, vector(p.point)) - s.position;
-    s.position = s.position + (2.0 * bandwidth * elapsed) * apart;
-    s.velocity = s.velocity + (bandwidth * bandwidth * elapsed) * apart;
+    s.position = s.position + (2.0 * bandwidth * span) * apart;
+    s.velocity = s.velocity + (bandwidth * bandwidth * span) * apart;
     const Quaternion<double> error = multiply(conjugate(s.q), q);
     const Vector<double> tilt = (2.0 * error.w) * Vector<double>{error.x, error.y, error.z};
-    s.q = unit(multiply(s.q, exponential((p.gains[1] * elapsed) * tilt)));
-    s.bias = s.bias - (p.gains[2] * elapsed) * tilt;
+    s.q = unit(multiply(s.q, exponential((p.gains[1] * turning) * tilt)));
+    s.bias = s.bias - (p.gains[2] * turning) * tilt;
 }
 
 inline int complementary_filter(ComplementaryFilter& p, double time) {

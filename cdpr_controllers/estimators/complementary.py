@@ -15,8 +15,9 @@ from cdpr.plugins import Estimator, EstimatorInputs, SensorModel, SnapshotOfArra
 from cdpr.sensing import Encoders, Imu, Pose
 from cdpr_controllers.estimators.length_fit import LengthFit
 
-# Largest gain times the time between two poses: a correction then removes at most this share of an error, twice for
-# the position, without overshoot.
+# Largest gain times the time between two poses, as in complementary.hpp: a correction then removes at most this share
+# of an error, twice for the position, without overshoot. The gain of the bias times this time is at most this share of
+# that of the attitude: the corrections of both diverge from a share of 1 on.
 LARGEST_SHARE = 0.5
 
 
@@ -29,8 +30,9 @@ class Complementary(SnapshotOfArrays, Estimator):
         p' = v + 2 w (p_m - p),   v' = R f + g + w^2 (p_m - p)
 
     for the place of the IMU, with its specific force f, the bandwidth w and the measured position p_m, so that their
-    error decays with two equal poles -w. Delays of the measurements are not compensated. A guided platform is
-    estimated as a free one. It provides no covariance.
+    error decays with two equal poles -w. After a gap between poses, such as an occlusion, the next pose corrects as
+    after a time of 0.5 / w. Delays of the measurements are not compensated. A guided platform is estimated as a free
+    one. It provides no covariance.
 
     Raises:
         CdprError: without an IMU, without pose sensor and encoders, or with gains too large for their period.
@@ -60,6 +62,12 @@ class Complementary(SnapshotOfArrays, Estimator):
                     f"estimator.{key}: expected at most {LARGEST_SHARE / period:g} with a period of {period:g} s of "
                     f"sensor '{self._corrector.title}', got {gains[key]:g}"
                 )
+        if gains["bias_gain"] * period > LARGEST_SHARE * gains["attitude_gain"]:
+            most = LARGEST_SHARE * gains["attitude_gain"] / period
+            raise CdprError(
+                f"estimator.bias_gain: expected at most {most:g} with attitude_gain {gains['attitude_gain']:g} and a "
+                f"period of {period:g} s of sensor '{self._corrector.title}', got {gains['bias_gain']:g}"
+            )
         self._gains, self._gravity = np.array(list(gains.values())), np.array(gravity, dtype=np.float64)
         self._memory, self._start = np.zeros(18), np.zeros(13)
         self.arrays = (self._memory, *(self._fit.arrays if self._fit else ()))

@@ -165,3 +165,21 @@ def test_complementary_filter_finds_the_bias_and_smooths():
     rough = run([IMU, encoders], {"type": "forward_kinematics"}, **duration).summary()["estimate"]
     assert smooth["velocity_error_m_s"]["rms"] < 0.01 * rough["velocity_error_m_s"]["rms"]
     assert smooth["position_error_m"]["rms"] < 5e-4
+
+
+def test_complementary_filter_converges_after_an_occlusion():
+    """Without a limit of the time between poses, the first pose after the gap would multiply the error by eleven."""
+    bias, bandwidth, begin, gap = 0.1, 10.0, 200, 600  # m/s^2, rad/s, samples
+    sensors = [{"type": "imu", "force": {"bias": [bias, 0.0, 0.0]}}, {"type": "pose"}]
+    lost = {"type": "sensor_occlusion", "time": begin * STEP, "duration": gap * STEP, "sensor": "pose"}
+    more = {"simulation.duration": 1.8, "events": [lost]}
+    found = run(sensors, {"type": "complementary", "bandwidth": bandwidth}, **more)
+    error = np.linalg.norm(found["estimated_position"] - found.position, axis=1)
+    # Error of the critically damped observer at the beginning of the gap, and of its velocity; then both integrate.
+    decay, final = np.exp(-bandwidth * begin * STEP), bias / bandwidth**2
+    first = final * (1.0 - (1.0 + bandwidth * begin * STEP) * decay)
+    velocity = bias * begin * STEP * decay + 2.0 * bandwidth * first
+    end, lasts = begin + gap, gap * STEP
+    assert error[end] == pytest.approx(first + velocity * lasts + 0.5 * bias * lasts**2, rel=0.02)  # of Euler's steps
+    assert (error[end + 1 :] < error[end]).all()
+    assert error[-1] == pytest.approx(final, rel=0.05)  # after ten time constants

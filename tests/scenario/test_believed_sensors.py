@@ -41,6 +41,38 @@ def test_impossible_events_are_reported(event, text):
         load(**event)
 
 
+CAMERA = {"type": "camera", "position": [0.0, 0.0, 5.0]}
+
+
+@pytest.mark.parametrize(
+    "event", [{"type": "sensor_failure"}, {"type": "sensor_bump", "bias": 1.0}, {"type": "sensor_bump", "bias": [1, 2]}]
+)
+@pytest.mark.parametrize(
+    ("others", "remedy"), [([], "remove this event"), (SENSORS, "expected mocap, twist, receiver, imu")]
+)
+def test_cameras_have_no_events(event, others, remedy):
+    with pytest.raises(ScenarioError, match=f"sensor 'camera' .* measures no values, so it has no events: {remedy}"):
+        load([CAMERA, *others], sensor="camera", **event)
+
+
+def test_cameras_have_no_believed_values():
+    with pytest.raises(ScenarioError, match="believed: not allowed for a camera"):
+        load([{**CAMERA, "believed": {"size": [10, 10]}}])
+
+
+def test_the_default_period_of_a_camera_is_checked():
+    steps = {"simulation.control_step": 0.004, "simulation.physics_step": 0.001, "sensors": [CAMERA]}
+    with pytest.raises(ScenarioError, match=r"period: must be an integer multiple of control_step, 0\.004"):
+        cdpr.load_scenario("caroca", overrides=steps)
+
+
+@pytest.mark.parametrize("kind", [{}, {"type": "none"}])
+def test_the_measured_state_has_no_start(kind):
+    start = {"estimator": {**kind, "start": {"position": [0.0, 0.0, 1.0]}}}
+    with pytest.raises(ScenarioError, match="start: the estimator `none` has no start"):
+        cdpr.load_scenario("caroca", overrides={"sensors": SENSORS[:2], **start})
+
+
 def test_events_need_sensors():
     with pytest.raises(ScenarioError, match="the scenario has no `sensors`"):
         load([], type="sensor_failure", sensor="imu")
@@ -66,7 +98,8 @@ def test_believed_values_replace_the_true_ones():
         ({"antena": [0, 0, 1]}, r"sensors\[0\].believed.antena: unknown key"),
         ({"antenna": [0, 0]}, r"believed.antenna: expected 3 numbers"),
         ({"position": {"bias": [1, 2]}}, "believed.position.bias: expected one number, or 3"),
-        ({"delay": 3e-4}, "believed.delay: must be an integer multiple"),
+        ({"delay": 0.001}, "believed.delay: must be that of the sensor"),
+        ({"period": 0.001}, "believed.period: must be that of the sensor"),
         ({"type": "pose"}, "believed.type: must be that of the sensor"),
     ],
 )

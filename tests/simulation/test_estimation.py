@@ -223,6 +223,19 @@ def test_wrong_options_are_named():
     slow = [{"type": "imu"}, {"type": "pose", "period": 0.005}]
     with pytest.raises(CdprError, match=r"estimator\.bandwidth: expected at most 100"):
         run("complementary", slow, **{"estimator.bandwidth": 200.0})
+    with pytest.raises(CdprError, match=r"estimator\.bias_gain: expected at most 500 with attitude_gain 5"):
+        run("complementary", slow, **{"estimator.bias_gain": 501.0})
+    with pytest.raises(ScenarioError, match=r"estimator\.noise_floor: must be at least 1e-12"):
+        run("ekf", [{"type": "encoders"}], **{"estimator.noise_floor": 1e-200})
+
+
+def test_a_filter_without_any_noise_is_finite():
+    """Exact sensors and start, and no unknown wrench: all variances are those of the least noise."""
+    names = ["force_noise", "moment_noise", "position_error", "rotation_error", "velocity_error", "turn_rate_error"]
+    options = {f"estimator.{name}": 0.0 for name in names}
+    found = run("ekf", [{"type": "encoders"}], **options, **{"estimator.noise_floor": 1e-12})
+    assert found.status == "finished"
+    assert np.isfinite(found["estimate_sigma"]).all()
 
 
 def test_undeclared_covariance_is_rejected():

@@ -32,7 +32,13 @@ class SensorEvent(ScenarioEvent):
             )
             yield "sensor", f"unknown sensor '{self.sensor}': {known}"
             return
-        yield from self.check_one(sensors[names.index(self.sensor)], cables)
+        sensor = sensors[names.index(self.sensor)]
+        if sensor.quantities:
+            yield from self.check_one(sensor, cables)
+            return
+        able = ", ".join(each.title for each in sensors if each.quantities)
+        text = f"sensor '{sensor.title}' of the type {sensor.type} measures no values, so it has no events: "
+        yield "sensor", f"{text}expected {able}" if able else f"{text}remove this event"
 
     def check_one(self, sensor: Sensor, cables: int) -> Iterator[tuple[str, str]]:
         """Yield the key and text of problems with its sensor."""
