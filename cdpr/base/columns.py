@@ -354,9 +354,7 @@ GROUPS: dict[str, ColumnGroup] = {
     "unstretched": ColumnGroup(UNSTRETCHED, "a cable sags, or a winch takes a length or a rate"),
     "sagging": ColumnGroup(SAGGING, "a cable sags (`cable.model: catenary`)"),
     "later": ColumnGroup(LATER, ""),
-    "perceived": ColumnGroup(
-        NOMINAL_COLUMNS, "the scenario contains `believed`, an estimator, or sensors of pose and twist"
-    ),
+    "perceived": ColumnGroup(NOMINAL_COLUMNS, "the scenario has `believed`, an estimator or sensors of pose and twist"),
     "driven": ColumnGroup(DRIVEN, "the scenario contains `drives`"),
     "estimated": ColumnGroup(ESTIMATED, "the scenario contains an `estimator`"),
     "uncertainty": ColumnGroup(UNCERTAINTY, "the scenario contains an `estimator` with a covariance"),

@@ -59,7 +59,7 @@ class Header:
     limit_changes: LimitChanges = ()  # changes of tension limits by events
     spans: tuple[dict[str, Any] | None, ...] = ()  # spans of cables that sag, if any
     sensors: tuple[dict[str, Any], ...] = ()  # sections of the sensors, each with its name
-    imaging: dict[str, Any] = field(default_factory=dict)  # cameras, obstacles and markers; empty without cameras
+    imaging: dict[str, Any] = field(default_factory=dict)  # obstacles that cameras show; empty without cameras
     works: tuple[tuple[str, str], ...] = ()  # further sources of work, each with its column; "" if it is unknown
 
     def __repr__(self) -> str:

@@ -18,6 +18,7 @@ from cdpr.log.ros2 import ENCAPSULATION
 from cdpr.model import rotations
 from cdpr.model.robot import Array
 from cdpr.scene import State, colours, pictures
+from cdpr.scene.sensors import principal_point
 from cdpr.sensing.rendering import Lens, Renderer, make_renderer
 from cdpr.sensing.rendering.drawing import Drawing, Image, Primitive, rod
 
@@ -37,7 +38,7 @@ class CameraImages:
 
     Args:
         header: header of the run.
-        about: description of the camera, of `Header.imaging`.
+        about: section of the camera, of `Header.sensors`.
     """
 
     header: Header
@@ -61,9 +62,8 @@ class CameraImages:
     @property
     def lens(self) -> Lens:
         """Pinhole model."""
-        fx, fy, cx, cy = self.about["lens"]
-        width, height = self.about["size"]
-        return Lens((fx, fy), (cx, cy), (width, height))
+        (fx, fy), (width, height) = self.about["focal"], self.about["size"]
+        return Lens((fx, fy), principal_point(self.about), (width, height))
 
     @cached_property
     def renderer(self) -> Renderer:
@@ -74,7 +74,9 @@ class CameraImages:
         """Return the image (height, width, 3), red, green and blue, of a row (width,)."""
         columns = self.header.layout.columns
         position, R = row[columns["position"]], rotations.matrix(row[columns["orientation"]])
-        place, axes = np.array(self.about["pose"][:3]), rotations.matrix(np.array(self.about["pose"][3:]))
+        attitude = np.array(self.about["attitude"], dtype=float)
+        place = np.array(self.about["position"], dtype=float)
+        axes = rotations.matrix(attitude / np.linalg.norm(attitude))
         carried = self.about["on"] == "platform"
         eye, camera = (position + R @ place, R @ axes) if carried else (place, axes)
         return self.renderer.draw(eye, camera, self._drawing(row, position, R))
@@ -88,7 +90,7 @@ class CameraImages:
         return [*self._still, *self._platform(position, R), *self._cables(row), *self._markers(position, R)]
 
     def _platform(self, position: Array, R: Array) -> Iterator[Primitive]:
-        place = np.array(self.about["pose"][:3])
+        place = np.array(self.about["position"], dtype=float)
         built_in = self.about["on"] == "platform" and _inside(self.header.shape, place)
         if self.header.shape is not None and not built_in:
             colour = colours.parts(self.header.colours.get("platform", colours.BODY.light))
@@ -124,15 +126,15 @@ class CameraImages:
 
     def _markers(self, position: Array, R: Array) -> Iterator[Primitive]:
         size = np.array([self.about["marker_radius"], 0.0, 0.0])
-        for each in self.header.imaging["markers"] if size[0] > 0.0 else ():
-            point = np.array(each["place"])
-            place = position + R @ point if each["on"] == "platform" else point
-            yield Primitive("sphere", size, place, np.eye(3), RED, shines=True)
+        for each in self.header.sensors if size[0] > 0.0 else ():
+            for point in np.array(each.get("markers", ()), dtype=float):  # of a camera on the other body
+                place = point if each["on"] == "platform" else position + R @ point
+                yield Primitive("sphere", size, place, np.eye(3), RED, shines=True)
 
 
 def cameras_of(header: Header) -> list[CameraImages]:
     """Return the cameras of a run, with which images are rendered; none without cameras."""
-    return [CameraImages(header, about) for about in header.imaging.get("cameras", ())]
+    return [CameraImages(header, about) for about in header.sensors if "renderer" in about]
 
 
 def images(run: Run, name: str | None = None) -> Iterator[tuple[float, Image]]:

@@ -91,18 +91,3 @@ class Camera(Sensor):
     def truth(self, sources: Sources) -> Truth:
         """Return no values: images are not part of the rows."""
         return Truth(np.empty(0))
-
-    def described(self) -> dict[str, Any]:
-        """Return the camera as plain data for the header of a run."""
-        middle = self.center or (0.5 * self.size[0], 0.5 * self.size[1])
-        attitude = np.array(self.attitude) / np.linalg.norm(self.attitude)
-        return {
-            "name": self.title,
-            "on": self.on,
-            "pose": [*self.position, *attitude.tolist()],
-            "lens": [*self.focal, *middle],
-            "size": list(self.size),
-            "period": self.period,
-            "renderer": self.renderer,
-            "marker_radius": self.marker_radius,
-        }

@@ -9,26 +9,18 @@ from cdpr.model.shapes import Hull
 from cdpr.scenario import Scenario
 
 if TYPE_CHECKING:  # imported when first used
-    from cdpr.sensing import Camera, Markers
+    from cdpr.sensing import Camera
 
 
 def imaging_of(scenario: Scenario) -> dict[str, Any]:
-    """Return cameras, obstacles and markers as plain data for the header of a run; {} without cameras."""
-    sensors = scenario.sections.sensors
-    cameras = [cast("Camera", sensor).described() for sensor in sensors if sensor.kind() == "camera"]
-    if not cameras:
+    """Return the obstacles that cameras show as plain data for the header of a run; {} without cameras."""
+    if not any(sensor.kind() == "camera" for sensor in scenario.sections.sensors):
         return {}
     obstacles = [
         {"shape": each.shape.outline, "pose": [*each.position.tolist(), *each.attitude.tolist()]}
         for each in scenario.obstacles
     ]
-    seen = [cast("Markers", sensor) for sensor in sensors if sensor.kind() == "markers"]
-    markers = [
-        {"on": "world" if sensor.on == "platform" else "platform", "place": list(point)}
-        for sensor in seen
-        for point in sensor.markers
-    ]
-    return {"cameras": cameras, "obstacles": obstacles, "markers": markers}
+    return {"obstacles": obstacles}
 
 
 def check_camera(scenario: Scenario, i: int) -> None:

@@ -76,15 +76,14 @@ class Loop:
         # The controller cannot change its inputs.
         self.given_state, self.given_desired = read_only(present.seen), read_only(self.desired)
         self.sample = parts.trajectory.sampler(self.desired)
-        locked = present.locked
         self.calls = ControllerCalls(parts, present)
         self.winding = Winding(parts, present)
         self.stage = self.stage_of(parts.output)
         self.out = self.written(self.stage)
         loads = Loads(present.view("external"), parts.backend.external)
         attached = LoopBodies(parts, present, self._rebind)
-        about = parts.control_step, parts.robot, self.stage, loads, parts.settings, attached, locked, present.drive
-        self.schedule = Schedule(parts.events, *about, self.winding.brakes, disturb_of(parts.more))
+        about = parts.control_step, parts.robot, self.stage, loads, parts.settings, attached, present.locked
+        self.schedule = Schedule(parts.events, *about, present.drive, self.winding.brakes, disturb_of(parts.more))
         self._memory = Memory(parts, present, self.stage, self.schedule, self.calls)
         # Operations that observe the plant, and the first such: made once, as the geometry of pulleys is expensive.
         self._looking, self._looking_first = (present.observing(h, self._check) for h in (parts.control_step, 0.0))

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import unittest
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
-from typing import Any, Generic, TypeVar
+from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
@@ -28,7 +26,8 @@ from cdpr.testing import (
     solver_answers,
     solver_interface,
 )
-from cdpr.testing.check import Check, CheckResult, Failed
+from cdpr.testing.case import Case
+from cdpr.testing.check import Check, CheckResult
 from cdpr.testing.estimator_subject import EstimatorSubject
 from cdpr.testing.subjects import BackendSubject, ControllerSubject, SolverSubject
 
@@ -210,30 +209,6 @@ def check_estimator(
         ['passed']
     """
     return _run(ESTIMATOR, lambda: EstimatorSubject(factory, properties, options, columns), expected_failures, only)
-
-
-@dataclass(frozen=True)
-class Case(Generic[S]):
-    """One check of one installed plugin; `str(case)` is its id, and a call raises if the plugin fails."""
-
-    check: Check[S]
-    make: Callable[[], AbstractContextManager[S]]
-    expected_failures: Mapping[str, str]
-
-    def __str__(self) -> str:
-        return self.check.id
-
-    def carry_out(self) -> CheckResult:
-        """Run the check and return its result."""
-        return self.check.carry_out(self.make(), self.expected_failures)
-
-    def __call__(self) -> None:
-        """Raise Failed if the plugin fails, and SkipTest if the check does not apply."""
-        result = self.carry_out()
-        if result.outcome == "failed":
-            raise Failed(f"{result.id} ({result.reason}): {result.detail}")
-        if result.outcome == "n/a":
-            raise unittest.SkipTest(result.detail)
 
 
 def backend_checks(

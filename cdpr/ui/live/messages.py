@@ -27,7 +27,7 @@ class Messages:
         own = run_topics(header)
         groups = (own, *visual_topics(header, own.channel + len(own.topics)))
         topics = [topic for group in groups for topic in group.topics]
-        self._cameras = cameras_of(header) if header.imaging else []
+        self._cameras = cameras_of(header)
         self._imaged = [-1] * len(self._cameras)  # period of the last image of each
         topics += [Topic(camera.topic, KIND, {}) for camera in self._cameras]
         self.topics: tuple[Topic, ...] = tuple(topics)
