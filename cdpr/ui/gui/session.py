@@ -141,7 +141,7 @@ class SimulationSession:
                 for cable in scenario.robot.cables
             ],
             "winches": self._winches(),
-            "sensors": [sensor.title for sensor in scenario.sections.sensors],
+            "sensors": [sensor.title for sensor in scenario.sections.sensors if sensor.quantities],
             "limits": self._in_force(events),
             "backend": scenario.simulation.backend,
             "solver": scenario.solver.type,
