@@ -60,7 +60,7 @@ def write_images(path: Path, run: Run, cameras: list[CameraImages]) -> None:
 
 @contextmanager
 def stored_images(folder: str | None) -> Iterator[McapReader | None]:
-    """Open the images in the folder of a run for `stored_image`; yields None without a complete file."""
+    """Open the images in the folder of a run for `StoredTopic`; yields None without a complete file."""
     try:
         file = None if folder is None else (Path(folder) / IMAGES_NAME).open("rb")
     except OSError:
@@ -72,16 +72,25 @@ def stored_images(folder: str | None) -> Iterator[McapReader | None]:
         try:
             reader = make_reader(file)
             complete = reader.get_summary() is not None
-        except (McapError, struct.error, ValueError):
+        except (McapError, struct.error, ValueError, OSError):
             complete = False
         yield reader if complete else None
 
 
-def stored_image(reader: McapReader, topic: str, time: int) -> bytes | None:
-    """Return the PNG file on a topic at a time, ns; None if there is none."""
-    for _, _, found in reader.iter_messages(topics=topic, start_time=time, end_time=time + 1):
-        return found.data[found.data.index(BEGINS) :]
-    return None
+class StoredTopic:
+    """Stored images on one topic, which are read in the order of their times."""
+
+    def __init__(self, reader: McapReader, topic: str) -> None:
+        self._messages = (found for _, _, found in reader.iter_messages(topics=[topic]))
+        self._last = next(self._messages, None)
+
+    def at(self, time: int) -> bytes | None:
+        """Return the PNG file of a time, ns, not before that of the last call; None if there is none."""
+        while self._last is not None and self._last.log_time < time:
+            self._last = next(self._messages, None)
+        if self._last is None or self._last.log_time != time:
+            return None
+        return self._last.data[self._last.data.index(BEGINS) :]
 
 
 def complete_images(run: Run) -> Path | None:

@@ -60,14 +60,15 @@ def shown_images(run: Run, most: int = MOST_BYTES) -> list[ShownImages]:
 
 
 def _shown(run: Run, camera: CameraImages, reader: Any, most: int) -> ShownImages:
-    from cdpr.log.image_file import stored_image
+    from cdpr.log.image_file import StoredTopic
     from cdpr.log.images import imaged_rows, png
 
     samples = [sample for sample, _ in imaged_rows(run, camera)]
     step = run.header.control_step
+    file = None if reader is None else StoredTopic(reader, camera.topic)
 
     def picture(k: int) -> bytes:
-        stored = None if reader is None else stored_image(reader, camera.topic, round(samples[k] * step * 1e9))
+        stored = None if file is None else file.at(round(samples[k] * step * 1e9))
         row = samples[k] // run.header.log_every
         return stored or png(camera.image(np.asarray(run.rows[row : row + 1])[0]))
 
@@ -84,7 +85,10 @@ def _shown(run: Run, camera: CameraImages, reader: Any, most: int) -> ShownImage
 
 
 def thinned(count: int, picture: Callable[[int], bytes], most: int) -> tuple[int, dict[int, bytes]]:
-    """Return n, and every n-th of `count` pictures by their numbers, which have at most `most` bytes in total."""
+    """Return n, and every n-th of `count` pictures by their numbers, which have at most `most` bytes in total.
+
+    `picture` is called with ascending numbers, with the first one twice.
+    """
     if not count:
         return 1, {}
     first = len(picture(0))
