@@ -79,9 +79,13 @@ class Camera(Sensor):
 
     @field_validator("believed")
     @classmethod
-    def _unused(cls, value: dict[str, Any] | None) -> None:
+    def _known(cls, value: dict[str, Any] | None) -> dict[str, Any] | None:
         if value:
-            raise ValueError("not allowed for a camera, whose images no estimator or controller uses: remove this key")
+            raise ValueError(
+                "must be omitted for a camera: no estimator or controller uses its images. Use a sensor of the type "
+                "markers for a camera that is mounted elsewhere than assumed"
+            )
+        return value
 
     @property
     def columns(self) -> tuple[Column, ...]:

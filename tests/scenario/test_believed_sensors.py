@@ -44,22 +44,6 @@ def test_impossible_events_are_reported(event, text):
 CAMERA = {"type": "camera", "position": [0.0, 0.0, 5.0]}
 
 
-@pytest.mark.parametrize(
-    "event", [{"type": "sensor_failure"}, {"type": "sensor_bump", "bias": 1.0}, {"type": "sensor_bump", "bias": [1, 2]}]
-)
-@pytest.mark.parametrize(
-    ("others", "remedy"), [([], "remove this event"), (SENSORS, "expected mocap, twist, receiver, imu")]
-)
-def test_cameras_have_no_events(event, others, remedy):
-    with pytest.raises(ScenarioError, match=f"sensor 'camera' .* measures no values, so it has no events: {remedy}"):
-        load([CAMERA, *others], sensor="camera", **event)
-
-
-def test_cameras_have_no_believed_values():
-    with pytest.raises(ScenarioError, match="believed: not allowed for a camera"):
-        load([{**CAMERA, "believed": {"size": [10, 10]}}])
-
-
 def test_the_default_period_of_a_camera_is_checked():
     steps = {"simulation.control_step": 0.004, "simulation.physics_step": 0.001, "sensors": [CAMERA]}
     with pytest.raises(ScenarioError, match=r"period: must be an integer multiple of control_step, 0\.004"):
