@@ -17,18 +17,18 @@
 namespace cdpr::CDPR_TARGET {
 
 template <class T> struct AdaptiveControl {
-    const T* gains;      // (2): slope, 1/s; kd, 1/s
-    const T* rates;      // (2), times the control step: mass_gain, s^3/m^2, and center_gain, s^3
-    const T* range;      // (3): lowest and highest multiple of the nominal mass; largest coordinate of the centre, m
-    const T* inertial;   // (13), `Robot.inertial`: nominal
-    const T* gravity;    // (3), m/s^2, world
-    const T* report;     // (4), of the previous distribution; the status is the first
-    const T* state;      // (13): position, m; quaternion; velocity, m/s; angular velocity, rad/s; world axes
-    const T* desired;    // (19): the same, and accelerations
-    T* deviation;        // (4): estimates minus nominal values of the mass, kg, and the first moment, kg m, platform axes
-    T* mass;             // (1), kg, the estimate of this step
-    T* center;           // (3), m, platform axes
-    T* wrench;           // (6), N and N m, about the platform's origin
+    const T* gains;     // (2): slope, 1/s; kd, 1/s
+    const T* rates;     // (2), times the control step: mass_gain, s^3/m^2, and center_gain, s^3
+    const T* range;     // (3): lowest and highest multiple of the nominal mass; largest coordinate of the centre, m
+    const T* inertial;  // (13), `Robot.inertial`: nominal
+    const T* gravity;   // (3), m/s^2, world
+    const T* report;    // (4), of the previous distribution; the status is the first
+    const T* state;     // (13): position, m; quaternion; velocity, m/s; angular velocity, rad/s; world axes
+    const T* desired;   // (19): the same, and accelerations
+    T* deviation;  // (4): estimates minus nominal values of the mass, kg, and the first moment, kg m, platform axes
+    T* mass;       // (1), kg, the estimate of this step
+    T* center;     // (3), m, platform axes
+    T* wrench;     // (6), N and N m, about the platform's origin
     static constexpr char fields[] =
         "gains(2), rates(2), range(3), inertial(13), gravity(3), report(4), state(13), desired(19), "
         "both deviation(4), mass(1), center(3), wrench(6)";
@@ -84,8 +84,7 @@ template <class T> inline int adaptive(AdaptiveControl<T>& control) {
     const Vector<T> about = about_origin(body, q, omega);
     const Vector<T> coriolis = cross(omega, about_origin(body, q, reference)) -
                                about_origin(body, q, cross(omega, reference)) + cross(reference, about);
-    const Vector<T> force =
-        mass * a + cross(alpha, h) + cross(reference, cross(omega, h)) + (kd * body.mass()) * s;
+    const Vector<T> force = mass * a + cross(alpha, h) + cross(reference, cross(omega, h)) + (kd * body.mass()) * s;
     const Vector<T> torque = cross(h, a) + about_origin(body, q, alpha + kd * sigma) + T(0.5) * coriolis;
     store(Wrench<T>{force, torque}, control.wrench);
     const Vector<T> by_h = cross(s, alpha) + cross(cross(s, reference), omega) + cross(a, sigma);

@@ -40,6 +40,7 @@ class Adaptive(WrenchLaw):
     """
 
     operation = "adaptive"
+    gains_shape = (2,)
 
     def __init__(self, robot: Robot, gravity: Array, control_step: float, options: Any) -> None:
         self._check_center(robot, options)
@@ -48,7 +49,7 @@ class Adaptive(WrenchLaw):
         self.arrays = (deviation,)
         more = {"rates": self._rates, "range": self._range, "report": np.zeros(4), "deviation": deviation}
         estimates = {"mass": np.zeros(1), "center": np.zeros(3)}
-        super().__init__(robot, gravity, control_step, options, np.zeros(2), **more, **estimates)
+        super().__init__(robot, gravity, control_step, options, **more, **estimates)
 
     def _check_center(self, robot: Robot, options: Any) -> None:
         farthest = float(np.abs(robot.platform.center_of_mass).max())

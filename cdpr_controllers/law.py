@@ -40,22 +40,21 @@ class WrenchLaw(SnapshotOfArrays, Controller):
     """Controller with a compiled law that computes a wrench from gains, and the mass properties of the robot.
 
     Args:
-        gains: array of the law's gains, written by `change`.
         more: further arrays of the law.
 
     Attributes:
         operation: name of the law in the kernel library.
+        gains_shape: shape of the law's gains, which `change` writes.
     """
 
     operation: ClassVar[str]
+    gains_shape: ClassVar[tuple[int, ...]]
     arrays: tuple[Array, ...] = ()
 
-    def __init__(
-        self, robot: Robot, gravity: Array, control_step: float, options: Any, gains: Array, **more: Array
-    ) -> None:
+    def __init__(self, robot: Robot, gravity: Array, control_step: float, options: Any, **more: Array) -> None:
         super().__init__(robot, gravity, control_step, options)
         body = {"inertial": robot.inertial.copy(), "gravity": np.array(gravity, dtype=np.float64)}
-        self._given = {"gains": gains, **body, **more}
+        self._given = {"gains": np.zeros(self.gains_shape), **body, **more}
         self.change(options)
 
     @cached_property
@@ -83,14 +82,9 @@ class WrenchLaw(SnapshotOfArrays, Controller):
 
 
 class GainLaw(WrenchLaw):
-    """Controller whose compiled law has proportional and damping gains.
+    """Controller whose compiled law has proportional and damping gains."""
 
-    Args:
-        more: further arrays of the law.
-    """
-
-    def __init__(self, robot: Robot, gravity: Array, control_step: float, options: Any, **more: Array) -> None:
-        super().__init__(robot, gravity, control_step, options, np.zeros(12), **more)
+    gains_shape = (12,)
 
     def change(self, options: Any) -> None:
         """Set new gains."""

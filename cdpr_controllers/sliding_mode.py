@@ -40,10 +40,11 @@ class SlidingMode(WrenchLaw):
     """
 
     operation = "sliding_mode"
+    gains_shape = (3, 2)
 
     def __init__(self, robot: Robot, gravity: Array, control_step: float, options: Any) -> None:
         surfaces = {name: np.zeros(3) for name in SURFACE}
-        super().__init__(robot, gravity, control_step, options, np.zeros((3, 2)), **surfaces)
+        super().__init__(robot, gravity, control_step, options, **surfaces)
 
     def change(self, options: Any) -> None:
         """Set new slope, gain and layer."""

@@ -15,6 +15,7 @@ import numpy as np
 from cdpr.base.errors import CdprError
 from cdpr.log.header import Header
 from cdpr.log.ros2 import ENCAPSULATION
+from cdpr.log.sensor_topics import PREFIX
 from cdpr.model import rotations
 from cdpr.model.robot import Array
 from cdpr.scene import State, colours, pictures
@@ -29,6 +30,7 @@ CABLE, EDGE = 0.005, 0.01  # m, radii of cables and of edges of the frame
 PIECES = 12  # of a cable that sags
 RED, STEEL, CONCRETE = (0.85, 0.1, 0.1), (0.25, 0.26, 0.28), (0.55, 0.5, 0.45)  # markers, cables, obstacles
 COMPRESSION = 6  # of zlib
+BEGINS = b"\x89PNG\r\n\x1a\n"  # of a PNG file
 
 
 @dataclass(frozen=True)
@@ -51,7 +53,7 @@ class CameraImages:
     @property
     def topic(self) -> str:
         """Topic of its images."""
-        return f"/cdpr/{self.name}/compressed"
+        return f"{PREFIX}{self.name}/compressed"
 
     @property
     def every(self) -> int:
@@ -184,7 +186,7 @@ def png(image: Image) -> bytes:
 
     head = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)  # 8 bits, red, green and blue
     parts = (b"IHDR", head), (b"IDAT", zlib.compress(filtered.tobytes(), COMPRESSION)), (b"IEND", b"")
-    return b"\x89PNG\r\n\x1a\n" + b"".join(chunk(*part) for part in parts)
+    return BEGINS + b"".join(chunk(*part) for part in parts)
 
 
 def message(time: int, frame: str, data: bytes) -> bytes:

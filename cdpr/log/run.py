@@ -138,6 +138,14 @@ class Run(Frozen):
     lost_steps = Quantity("lost_steps")
     bending_wrench = Quantity("bending_wrench")
     drive_command = Quantity("drive_command")
+    estimated_position = Quantity("estimated_position")
+    estimated_orientation = Quantity("estimated_orientation")
+    estimated_velocity = Quantity("estimated_velocity")
+    estimated_angular_velocity = Quantity("estimated_angular_velocity")
+    estimate_sigma = Quantity("estimate_sigma")
+    nees = Quantity("nees")
+    nis = Quantity("nis")
+    nis_size = Quantity("nis_size")
 
     def __post_init__(self) -> None:
         """Make the rows read-only."""

@@ -51,6 +51,8 @@ def frame_of(name: str) -> str:
 
 def frames(header: Header) -> dict[str, tuple[str, Array, Array]]:
     """Return parent frame, position (3,), m, and quaternion (4,) of the frame of each sensor with a place."""
+    if not header.sensors:  # the subject takes long to import
+        return {}
     found = {}
     places = {each.name: each for each in header.subject.sensors}
     for sensor in header.sensors:
@@ -78,7 +80,8 @@ def sensor_groups(header: Header, channel: int) -> list[Group]:
         messages = _messages(sensor, header)
         if messages:
             every = header.log_every * max(1, int(sensor["period"] / header.log_step + 1e-6))
-            groups.append(_group(messages, header, channel, every, f"{sensor['name']}_age"))
+            age = f"{sensor['name']}_age"  # of measurements; cameras have none
+            groups.append(_group(messages, header, channel, every, age if age in header.layout.columns else ""))
             channel += len(messages)
     estimate = _estimate(header)
     if estimate:

@@ -19,7 +19,7 @@ POINTS = {"imu": "point", "receiver": "antenna", "range": "point", "scan": "poin
 
 @dataclass(frozen=True, eq=False)
 class SensorDrawing:
-    """Drawing of a sensor: what never changes, in the axes of the body that carries it, and the column that it reads."""
+    """Drawing of a sensor: what is fixed, in the axes of the body that carries it, and the column that it reads."""
 
     name: str
     carried: bool  # True if the platform carries it, else the world

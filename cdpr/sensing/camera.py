@@ -77,6 +77,16 @@ class Camera(Sensor):
             raise ValueError(f"must be 0 for a camera, got {value:g}: images are recorded at the times of their states")
         return value
 
+    @field_validator("believed")
+    @classmethod
+    def _known(cls, value: dict[str, Any] | None) -> dict[str, Any] | None:
+        if value:
+            raise ValueError(
+                "must be omitted for a camera: no estimator or controller uses its images. Use a sensor of the type "
+                "markers for a camera that is mounted elsewhere than assumed"
+            )
+        return value
+
     @property
     def columns(self) -> tuple[Column, ...]:
         """No columns: images are not part of the rows."""

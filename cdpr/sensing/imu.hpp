@@ -7,15 +7,15 @@
 namespace cdpr::CDPR_TARGET {
 
 struct InertialMotion {
-    const double* state;    // (13), of the platform
-    const double* point;    // (3), m, of the unit, platform axes
+    const double* state;     // (13), of the platform
+    const double* point;     // (3), m, of the unit, platform axes
     const double* attitude;  // (4), of its axes, platform axes
-    const double* gravity;  // (3), m/s^2, world axes
-    double* before;         // (3), m/s, velocity of the point at the last measurement
-    double* count;          // (1), control steps
-    double* truth;          // (6), m/s^2 and rad/s, platform axes: mean specific force since then, turn rate
-    double period;          // s, from one measurement to the next
-    int64_t every;          // control steps in it
+    const double* gravity;   // (3), m/s^2, world axes
+    double* before;          // (3), m/s, velocity of the point at the last measurement
+    double* count;           // (1), control steps
+    double* truth;           // (6), m/s^2 and rad/s, platform axes: mean specific force since then, turn rate
+    double period;           // s, from one measurement to the next
+    int64_t every;           // control steps in it
     static constexpr char fields[] =
         "state(13), point(3), attitude(4), gravity(3), both before(3), both count(1), truth(6), period, every >= 1";
 };

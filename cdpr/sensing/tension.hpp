@@ -15,8 +15,7 @@ struct LastTensions {
     double share;           // of the sum of a cable's stops by which its measured tension lags
     int64_t m;
     int64_t e;
-    static constexpr char fields[] =
-        "tension(m), truth(m), widths(e), both stops(m, e), both before(m), share, m, e";
+    static constexpr char fields[] = "tension(m), truth(m), widths(e), both stops(m, e), both before(m), share, m, e";
 };
 
 // Write the tensions; 0 at time 0, before which none acted. Hysteresis: Prandtl-Ishlinskii model of stop elements.

@@ -6,7 +6,16 @@ import numpy as np
 import pytest
 
 import cdpr
-from cdpr.base.columns import ELECTRICAL, MOTORS, NEED_NOT_BE_FINITE, NOMINAL_COLUMNS, STEPPERS, Column
+from cdpr.base.columns import (
+    ELECTRICAL,
+    INNOVATION,
+    MOTORS,
+    NEED_NOT_BE_FINITE,
+    NOMINAL_COLUMNS,
+    STEPPERS,
+    UNCERTAINTY,
+    Column,
+)
 from cdpr.base.errors import Diverged, ExitCode
 from cdpr.log.finite import Finite
 from cdpr.log.layout import Layout
@@ -108,7 +117,7 @@ def test_rows_of_a_ring_are_checked_once_and_again_after_a_rewind():
 
 
 def test_margins_need_not_be_finite_and_other_columns_must_be():
-    layout = Layout(2, (*NOMINAL_COLUMNS, *MOTORS, *ELECTRICAL, *STEPPERS))
+    layout = Layout(2, (*NOMINAL_COLUMNS, *MOTORS, *ELECTRICAL, *STEPPERS, *UNCERTAINTY, *INNOVATION))
     assert set(layout.fields) > NEED_NOT_BE_FINITE
     for name in layout.fields:
         for value in (np.nan, np.inf, -np.inf):

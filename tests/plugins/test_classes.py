@@ -202,8 +202,8 @@ def test_a_file_that_only_adds_a_part_to_the_loop(file, monkeypatch):
         ("raise SystemExit(3)", r"mine\.py:1: SystemExit: 3"),
         (
             "x = 1",
-            r"mine\.py: contains no class that derives from cdpr\.plugins\.Controller, TensionSolver or Backend, and "
-            r"adds no part to the loop \(LOOP_PARTS of cdpr\.simulation\.loop_parts\)$",
+            r"mine\.py: contains no class that derives from cdpr\.plugins\.Controller, TensionSolver, Estimator or "
+            r"Backend, and adds no part to the loop \(LOOP_PARTS of cdpr\.simulation\.loop_parts\)$",
         ),
         ("from cdpr.simulation.loop_parts import LOOP_PARTS", "contains no class that derives from"),
         (FILE.replace("def control", "def kontrol"), "class Hover lacks control"),

@@ -63,7 +63,7 @@ def test_sections_without_a_tab_are_in_the_last_one():
 
 def test_tabs_keep_the_order_of_ranks():
     keys = [row.key for row in sections_of(json_schema(ScenarioSection)) if row.tab == "control"]
-    assert keys == ["controller", "solver", "controlled", "limits", "actuators", "drives", "sensors"]
+    assert keys == ["controller", "solver", "controlled", "limits", "actuators", "drives", "sensors", "estimator"]
 
 
 def test_the_initial_state_is_not_required_as_the_home_of_the_robot_replaces_it():

@@ -5,9 +5,11 @@ from __future__ import annotations
 import importlib.util
 import subprocess
 import sys
+from functools import partial
 
 import numpy as np
 import pytest
+from command_line import cdpr_here
 from conftest import ROOT
 from mcap.reader import make_reader
 from rosbags.typesys import Stores, get_typestore
@@ -24,6 +26,7 @@ POINTS = np.array([[0.5, 0.25, 0.6], [-0.5, 0.25, 0.5], [-0.5, -0.25, 0.7], [0.5
 AXES = Rotation.from_euler("x", np.pi) * Rotation.from_rotvec([0.05, 0.02, 0.4])
 PLACE = np.array([0.1, -0.1, 5.0])
 CENTROID = 0.5  # px
+UNDISTURBED = "sensor 'roof' of the type camera measures nothing that an event can disturb.*allowed: markers"
 SHORT = {"simulation.duration": 0.2}
 
 
@@ -135,17 +138,59 @@ def test_images_go_to_a_file_with_the_same_bits_each_time(tmp_path):
     assert files[0].read_bytes() == files[1].read_bytes()
     with files[0].open("rb") as file:
         found = [(channel.topic, schema.name, one) for schema, channel, one in make_reader(file).iter_messages()]
-    assert [topic for topic, *_ in found].count("/cdpr/roof/compressed") == 3
-    assert [topic for topic, *_ in found].count("/cdpr/tool/compressed") == 3
+    assert [topic for topic, *_ in found].count("/cdpr/sensors/roof/compressed") == 3
+    assert [topic for topic, *_ in found].count("/cdpr/sensors/tool/compressed") == 3
     for topic, schema, one in found:
         assert schema == "sensor_msgs/msg/CompressedImage"
         image = TYPES.deserialize_cdr(one.data, schema)
-        assert image.header.frame_id == topic.split("/")[2]
+        assert image.header.frame_id == f"{topic.split('/')[3]}_frame"
         assert image.header.stamp.sec * 10**9 + image.header.stamp.nanosec == one.log_time
         assert image.format == "png"
         assert bytes(image.data)[:8] == b"\x89PNG\r\n\x1a\n"
     again = [png(image) for _, image in images(cdpr.load_run(tmp_path / "one"), "roof")]
     assert again == [bytes(TYPES.deserialize_cdr(one.data, s).data) for topic, s, one in found if "roof" in topic]
+
+
+def test_interactive_events_of_cameras_are_rejected():
+    with cdpr.Simulation(SCENARIO, overrides=SHORT) as simulation:
+        simulation.step(10)
+        with pytest.raises(cdpr.CdprError, match=UNDISTURBED):
+            simulation.fail_sensor("roof")
+        simulation.fail_sensor("markers")
+
+
+def test_logs_contain_the_lens_beside_the_images(tmp_path):
+    usable("auto")
+    cdpr.simulate(SCENARIO, overrides=SHORT, out=str(tmp_path / "run"))
+    with (tmp_path / "run" / "log.mcap").open("rb") as file:
+        reader = make_reader(file)
+        found = [
+            (one.log_time, TYPES.deserialize_cdr(one.data, schema.name))
+            for schema, _, one in reader.iter_messages(topics="/cdpr/sensors/roof/camera_info")
+        ]
+    assert [time for time, _ in found] == [0, 100_000_000, 200_000_000]  # as the images
+    for time, lens in found:
+        assert lens.header.stamp.sec * 10**9 + lens.header.stamp.nanosec == time
+        assert (lens.width, lens.height, lens.header.frame_id) == (640, 480, "roof_frame")
+        assert lens.k.tolist() == [400.0, 0.0, 320.0, 0.0, 400.0, 240.0, 0.0, 0.0, 1.0]
+
+
+@pytest.mark.parametrize("left", [b"", b"\x89MCAP0\r\n", None], ids=["empty", "begun", "none"])
+def test_repair_renders_the_images_of_a_killed_run(tmp_path, left):
+    usable("auto")
+    folder = tmp_path / "run"
+    cdpr.simulate(SCENARIO, overrides=SHORT, out=str(folder))
+    images_file = folder / "images.mcap"
+    whole = images_file.read_bytes()
+    command = partial(cdpr_here, "repair", str(folder))
+    assert "rendered" not in command().stdout
+    images_file.unlink()
+    if left is not None:
+        images_file.write_bytes(left)
+    log = folder / "log.mcap"
+    log.write_bytes(log.read_bytes()[:-20])  # as of a run that was killed at its end
+    assert f"{images_file}: rendered" in command().stdout
+    assert images_file.read_bytes() == whole
 
 
 def test_png_holds_the_pixels():
@@ -161,7 +206,7 @@ def test_live_messages_contain_an_image_in_each_period():
     run = cdpr.simulate(SCENARIO, overrides=SHORT)
     made = Messages(run.header)
     names = [topic.name for topic in made.topics]
-    roof = names.index("/cdpr/roof/compressed")
+    roof = names.index("/cdpr/sensors/roof/compressed")
     wanted = [k == roof for k in range(len(names))]
     sent = [(sample, *one) for sample in (3, 20, 49, 50, 77, 100) for one in made.of(run.rows[sample], sample, wanted)]
     made.close()
@@ -206,6 +251,16 @@ def test_without_egl_a_run_takes_bullet_or_fails_at_its_start(monkeypatch, tmp_p
         ({"sensors.0.size": [0, 10]}, r"sensors\[0\].size\[0\]: must be at least 1"),
         ({"sensors.0.renderer": "paint"}, r"sensors\[0\].renderer: "),
         ({"sensors.1.name": "roof"}, "both named 'roof'"),
+        ({"sensors.0.believed": {"focal": [410, 410]}}, r"sensors\[0\].believed: must be omitted for a camera"),
+        *[
+            ({"events": [{"time": 0.1, "sensor": "roof", **event}]}, rf"events\[0\].sensor: {UNDISTURBED}")
+            for event in (
+                {"type": "sensor_failure"},
+                {"type": "sensor_occlusion", "duration": 0.1},
+                {"type": "sensor_bump", "position": [0.1, 0, 0]},
+                {"type": "sensor_bump", "bias": 0.1},
+            )
+        ],
     ],
 )
 def test_invalid_cameras_are_rejected(change, text):

@@ -32,7 +32,16 @@ class SensorEvent(ScenarioEvent):
             )
             yield "sensor", f"unknown sensor '{self.sensor}': {known}"
             return
-        yield from self.check_one(sensors[names.index(self.sensor)], cables)
+        sensor = sensors[names.index(self.sensor)]
+        if not sensor.quantities:  # a camera, which renders outside the loop
+            able = ", ".join(each.title for each in sensors if each.quantities) or "none of this scenario"
+            yield (
+                "sensor",
+                f"sensor '{self.sensor}' of the type {sensor.type} measures nothing that an event can disturb: its "
+                f"images show the recorded states; allowed: {able}",
+            )
+            return
+        yield from self.check_one(sensor, cables)
 
     def check_one(self, sensor: Sensor, cables: int) -> Iterator[tuple[str, str]]:
         """Yield the key and text of problems with its sensor."""

@@ -17,7 +17,7 @@ from cdpr.ui.gui.curves import Curves
 Message = Mapping[str, Any]
 
 # Order matters: each kind is drawn into the previous ones.
-KINDS = ("hello", "form", "scene", "status", "frame")
+KINDS = ("hello", "form", "scene", "status", "frame", "images")
 MOST_WAITING = 50  # pending messages of one window; beyond, the oldest are dropped
 
 

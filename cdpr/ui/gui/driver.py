@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 FRAME = 1.0 / 60.0  # s between two frames: the refresh rate of screens
 IDLE = 0.5  # s after which an unchanged frame is sent again
-SAMPLES, STATUS = 0.1, 0.2  # s between two messages of these kinds during a run
+SAMPLES, STATUS, IMAGES = 0.1, 0.2, 0.5  # s between two messages of these kinds during a run
 PORTION_TIME = 1.0 / 30.0  # s of computation between two checks for requests
 FIRST_PORTION, MAX_PORTION = 32, 16384  # steps between two checks: at the start, and at most
 PATIENCE = 2.0  # s that `close` waits for the current step
@@ -59,7 +59,7 @@ class WindowDriver(Driver):
         self._phase: Phase = "building"
         self.paused = True
         self._text, self._fault = "", ""
-        self._due = dict.fromkeys(("frame", "samples", "status"), 0.0)
+        self._due = dict.fromkeys(("frame", "samples", "status", "images"), 0.0)
         self._writing: list[Thread] = []  # threads that write files and report later
         self._closed = False
         self._thread = Thread(target=self._loop, name="cdpr simulation", daemon=True)
@@ -262,6 +262,9 @@ class WindowDriver(Driver):
                 if everything or now >= self._due["samples"]:
                     self._due["samples"] = now + SAMPLES
                     self._session.show_curves()
+                if everything or now >= self._due["images"]:
+                    self._due["images"] = now + IMAGES
+                    self._session.show_images()
         finally:
             if everything or self._due["status"] == 0.0 or (running and now >= self._due["status"]):
                 self._status()

@@ -8,7 +8,7 @@ from contextlib import ExitStack
 from functools import partial
 from operator import attrgetter
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -38,6 +38,9 @@ from cdpr.ui.gui.drawing import Drawing, in_json
 from cdpr.ui.gui.editor.fields import shown
 from cdpr.ui.gui.editor.files import named
 from cdpr.ui.gui.scratch import scratch
+
+if TYPE_CHECKING:
+    from cdpr.ui.gui.images import LatestImages
 
 Later = Callable[[], str]
 
@@ -78,6 +81,15 @@ class SimulationSession:
             broadcast.curves.begin(self._drawing.columns, sim.steps + 1)
             broadcast.put(self._drawing.scene(sim.state, sim.desired))
             broadcast.put(self._frame)
+        self._images: LatestImages | None = None
+        if header.imaging:
+            from cdpr.ui.gui.images import LatestImages  # few scenarios need this import
+
+            self._images = LatestImages(header)
+            self._kept.callback(self._images.close)
+            broadcast.put(self._images.message)
+        elif broadcast.latest("images"):
+            broadcast.put({"kind": "images", "cameras": []})
 
     @property
     def simulation(self) -> Simulation:
@@ -114,6 +126,16 @@ class SimulationSession:
             self._frame = self._drawing.frame(last, self._sim.row)
         self._broadcast.put(self._frame)
 
+    def show_images(self) -> None:
+        """Publish the images of the last complete sample, if cameras take one.
+
+        Raises:
+            CdprError: if no renderer works on this machine, once.
+        """
+        last = self._sim.samples - 1
+        if self._images is not None and last >= 0 and self._images.take(last, self._sim.row):
+            self._broadcast.put(self._images.message)
+
     def show_curves(self) -> None:
         """Publish the curves up to the current time."""
         self._process_rows()
@@ -141,7 +163,7 @@ class SimulationSession:
                 for cable in scenario.robot.cables
             ],
             "winches": self._winches(),
-            "sensors": [sensor.title for sensor in scenario.sections.sensors],
+            "sensors": [sensor.title for sensor in scenario.sections.sensors if sensor.quantities],
             "limits": self._in_force(events),
             "backend": scenario.simulation.backend,
             "solver": scenario.solver.type,

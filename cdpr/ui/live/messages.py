@@ -11,6 +11,7 @@ import numpy as np
 from cdpr.log.chunk import Chunk, Template, nanoseconds
 from cdpr.log.header import Header
 from cdpr.log.images import KIND, cameras_of, message, png
+from cdpr.log.sensor_topics import frame_of
 from cdpr.log.topics import Group, Topic, run_topics
 from cdpr.log.visuals import PATH, PATH_RATE, visual_topics
 from cdpr.model.robot import Array
@@ -59,7 +60,7 @@ class Messages:
             if wanted[first + i] and self._imaged[i] != sample // camera.every:
                 self._imaged[i] = sample // camera.every
                 time = int(nanoseconds(np.array([sample]), self._step)[0])
-                yield first + i, message(time, camera.name, png(camera.image(row)))
+                yield first + i, message(time, frame_of(camera.name), png(camera.image(row)))
 
     def close(self) -> None:
         """Free the renderers of cameras, in the thread that called `of`."""

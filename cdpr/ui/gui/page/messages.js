@@ -81,6 +81,15 @@ class Output {
     });
   }
 
+  // Latest image of each camera, in a tab that only scenarios with cameras have.
+  picture({ cameras }) {
+    if (!cameras.length) { this.tabs.keep([...this.tabs.all.keys()].filter((key) => key !== "images")); return; }
+    const box = ({ name, t, png }) => make("figure", {},
+      make("figcaption", { text: t === null ? `${name}: no image before the first step` : `${name}, ${t.toFixed(3)} s` }),
+      png ? make("img", { src: `data:image/png;base64,${png}`, alt: `Image of camera ${name}` }) : null);
+    this.tabs.panel("images", "Images").replaceChildren(make("div", { className: "cameras" }, ...cameras.map(box)));
+  }
+
   // Status sentence: the server's text if it has one.
   status(status) {
     const root = document.getElementById("status"), trouble = TROUBLES[status.status];

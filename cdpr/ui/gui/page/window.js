@@ -41,6 +41,7 @@ class Live {
     else if (kind === "form") { this.form.show(message); this.files.settled(message); }
     else if (kind === "scene") this.load(message);
     else if (kind === "frame") this.feed(message);
+    else if (kind === "images") this.output.picture(message);
     else if (kind === "samples") this.curves.add(message);
     else if (kind === "status") this.status(message);
     else if (kind === "message") {

@@ -15,7 +15,7 @@ from cdpr.log import run_json
 from cdpr.log.files import replace_markup
 from cdpr.log.run import Run
 from cdpr.mechanics.sag import STRAIGHT
-from cdpr.ui.report.pages import tables
+from cdpr.ui.report.pages import cameras, tables
 from cdpr.ui.report.pages.page import figure, page, panels, section, theatre
 from cdpr.ui.report.pages.still import still
 from cdpr.ui.report.player.arrays import Arrays
@@ -77,6 +77,10 @@ def render(run: Run, least: Mapping[str, Mapping[str, Any]] = MappingProxyType({
         chosen = drawings(run) if len(run.rows) else []
         data = player_data(run, chosen) if len(run.rows) else None
         figures = {drawing.name: _figure(run, drawing, data) for drawing in chosen}
+        if data is not None and run.header.imaging:
+            shown = cameras.shown_images(run)
+            data["images"] = cameras.player_data(shown)
+            figures = {SPACE: figures.pop(SPACE), cameras.NAME: cameras.images_figure(shown), **figures}
         parts = {name: section(name.lower(), content(run)) for name, content in SECTIONS.items()}
         top = (
             f'<div class="wide pair">\n<section id="summary">\n{tables.summary(run, least, touch)}\n</section>\n'
@@ -89,8 +93,7 @@ def render(run: Run, least: Mapping[str, Mapping[str, Any]] = MappingProxyType({
     )
     links = {name.lower(): name for name in (*figures, "Summary", "Run", *parts)}
     gallery = [text for name, text in figures.items() if name != SPACE]
-    shown = [theatre(figures[SPACE], gallery)] if figures else []
-    body = [*shown, top, *parts.values()]
+    body = [*([theatre(figures[SPACE], gallery)] if figures else []), top, *parts.values()]
     return page(f"{head.scenario}: report of a run", subtitle, banner, links, body, data)
 
 

@@ -16,9 +16,9 @@ from cdpr.ui.report.style import paired
 from cdpr.ui.report.text.aligned import number
 
 FOLDER = Path(__file__).with_name("script")
-# Order matters: each file uses those before it. All files except player.js only draw.
+# Order matters: each file uses those before it. All files except player.js only draw; images.js is only for reports.
 DRAWING = ("data.js", "camera.js", "gl.js", "flat.js", "scene.js", "viewer.js", "plot.js")
-FILES = (*DRAWING, "player.js")
+FILES = (*DRAWING, "images.js", "player.js")
 
 
 def script(data: Mapping[str, Any]) -> str:

@@ -24,6 +24,7 @@ class Player {
     const root = document.getElementById("viewer");
     const films = data.scenes.map((scene) => new Film(scene));
     this.viewer = root && films.length ? new Viewer(root, data, this, films) : null;
+    this.images = new Images(data.images || []);
     this.transport();
     this.keys();
     this.links();
@@ -85,6 +86,7 @@ class Player {
       this.before = now;
     }
     if (this.viewer) this.viewer.draw();
+    this.images.show(this.time);
     for (const plot of this.plots) {
       if (!plot.visible) continue;
       if (plot.stale) plot.draw(); else plot.follow();
