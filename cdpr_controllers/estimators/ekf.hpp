@@ -146,7 +146,7 @@ inline int kalman_filter(KalmanFilter& p, double time) {
     }
     const FilteredStep present = p.step(now);
     for (int j = 0; j < 13; j++) p.state[j] = present.state()[j];
-    for (int j = 0; j < ERRORS * ERRORS; j++) p.covariance[j] = present.covariance()[j];
+    for (int j = 0; j < ERRORS * ERRORS; j += ERRORS) store(twelve(present.covariance() + j), p.covariance + j);
     return all_finite(p.state, 13) ? 0 : int(BAD_INPUT);
 }
 

@@ -57,10 +57,12 @@ CDPR_INLINE Vector<double> unit_vector(int j) { return {j == 0 ? 1.0 : 0.0, j ==
 // Write B = R A R^T, 3 x 3, within matrices with rows of `stride` numbers; `axes` are the columns of R.
 CDPR_INLINE void rotate_block(const Vector<double>* axes, const double* A, int stride, double* B) {
     double turned[3][3];  // R A, by columns
+    CDPR_UNROLL
     for (int j = 0; j < 3; j++) {
         const Vector<double> column = {A[j], A[stride + j], A[2 * stride + j]};
         store(column.x * axes[0] + column.y * axes[1] + column.z * axes[2], turned[j]);
     }
+    CDPR_UNROLL
     for (int i = 0; i < 3; i++)
         store(turned[0][i] * axes[0] + turned[1][i] * axes[1] + turned[2][i] * axes[2], B + stride * i);
 }
@@ -93,44 +95,44 @@ inline void invert_mass_matrix(const FilteredPlatform& p, Quaternion<double> q, 
 inline void write_stiffness(const FilteredPlatform& p, const double* tension, Quaternion<double> q, Vector<double> r,
                             Vector<double> weight, double (*stiffness)[6]) {
     const int64_t m = p.m;
-    double total = 0.0;
-    const double none[12] = {};
-    Twelve along[6], levers[3];
-    for (int j = 0; j < 6; j++) along[j] = twelve(none), levers[j % 3] = twelve(none);
+    double total = 0.0, along[6][6] = {}, levers[3][7] = {};  // levers: sums of b times t u, tau b and tau
     for (int64_t i = 0; i < m; i++) {
         const Vector<double> b = rotate(q, vector(p.lines + i * p.w + Line<double>::PLATFORM));
-        const double t = tension[i], tau = t / p.length[i];
-        double numbers[12] = {}, anchor[3];
-        for (int j = 0; j < 6; j++) numbers[j] = p.matrix[j * m + i];
-        const Twelve w = tau * twelve(numbers);
-        for (int j = 0; j < 6; j++) along[j] = along[j] + numbers[j] * w;
-        store(b, anchor);
-        store(t * vector(numbers), numbers);
-        store(tau * b, numbers + 3);
-        numbers[6] = tau;
-        const Twelve pull = twelve(numbers);
-        for (int j = 0; j < 3; j++) levers[j] = levers[j] + anchor[j] * pull;
+        const double t = tension[i], tau = t / p.length[i], anchor[3] = {b.x, b.y, b.z};
+        double w[6];
+        CDPR_UNROLL
+        for (int j = 0; j < 6; j++) w[j] = p.matrix[j * m + i];
+        CDPR_UNROLL
+        for (int j = 0; j < 6; j++) {
+            CDPR_UNROLL
+            for (int k = 0; k <= j; k++) along[j][k] += tau * w[j] * w[k];
+        }
+        CDPR_UNROLL
+        for (int j = 0; j < 3; j++) {
+            CDPR_UNROLL
+            for (int k = 0; k < 3; k++) {
+                levers[j][k] += anchor[j] * (t * w[k]);
+                levers[j][3 + k] += anchor[j] * (tau * anchor[k]);
+            }
+            levers[j][6] += tau * anchor[j];
+        }
         total += tau;
     }
     const double lever[3] = {r.x, r.y, r.z}, pull[3] = {weight.x, weight.y, weight.z};
     double square = 0.0, straight = dot(r, weight);
-    double row[12], sums[3][12];
-    for (int j = 0; j < 3; j++) store(levers[j], sums[j]);
-    for (int j = 0; j < 3; j++) square += sums[j][3 + j], straight += sums[j][j];
-    for (int j = 0; j < 6; j++) {
-        store(along[j], row);
-        for (int k = 0; k < 6; k++) stiffness[j][k] = row[k];
-    }
+    for (int j = 0; j < 3; j++) square += levers[j][3 + j], straight += levers[j][j];
+    for (int j = 0; j < 6; j++)
+        for (int k = 0; k <= j; k++) stiffness[j][k] = stiffness[k][j] = along[j][k];
     for (int j = 0; j < 3; j++) {
         const int k = (j + 1) % 3, l = (j + 2) % 3;
-        const double first = sums[j][6];
+        const double first = levers[j][6];
         stiffness[j][j] -= total;
         stiffness[k][3 + l] -= first;  // tau [b]x above, its transpose below
         stiffness[l][3 + k] += first;
         stiffness[3 + k][l] += first;
         stiffness[3 + l][k] -= first;
         stiffness[3 + j][3 + j] -= square + straight;
-        for (int i = 0; i < 3; i++) stiffness[3 + j][3 + i] += sums[j][3 + i] + sums[j][i] + lever[j] * pull[i];
+        for (int i = 0; i < 3; i++) stiffness[3 + j][3 + i] += levers[j][3 + i] + levers[j][i] + lever[j] * pull[i];
     }
 }
 
@@ -139,10 +141,10 @@ inline void write_stiffness(const FilteredPlatform& p, const double* tension, Qu
 inline void write_inverse(const FilteredPlatform& p, bool driven, const double* state, const Vector<double>* axes,
                           double* tension, LinearisedMotion& now) {
     if (p.rotates) {
-        for (int j = 0; j < 4; j++) {
-            const int place = 18 * (j / 2) + 3 * (j % 2);
-            rotate_block(axes, p.inverse + place, 6, &now.inverse[0][0] + place);
-        }
+        const int blocks[3] = {0, 3, 21};  // of the upper half
+        for (const int place : blocks) rotate_block(axes, p.inverse + place, 6, &now.inverse[0][0] + place);
+        for (int j = 0; j < 3; j++)
+            for (int k = 0; k < 3; k++) now.inverse[3 + k][j] = now.inverse[j][3 + k];
         return;
     }
     MatrixRate<double> moving = {p.lines, state, p.matrix_rate, p.m, p.w};
@@ -214,6 +216,7 @@ struct ErrorMotion {
 
 CDPR_INLINE Twelve weighted(const double* weights, const Twelve* rows) {
     Twelve total = weights[0] * rows[0];
+    CDPR_UNROLL
     for (int i = 1; i < 6; i++) total = total + weights[i] * rows[i];
     return total;
 }

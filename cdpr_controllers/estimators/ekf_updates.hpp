@@ -29,11 +29,13 @@ struct Correction {
 
     // Use a scalar measurement: `innovation` = row . error + noise, with a row that is 0 outside of [begin, end). The
     // covariance is reduced by a product of a vector with itself, which keeps it symmetric to the bit.
-    inline void use(const double* row, int begin, int end, double innovation, double deviation) {
+    template <int begin, int end> inline void use(const double* row, double innovation, double deviation) {
         Twelve gain = row[begin] * twelve(covariance + ERRORS * begin);
+        CDPR_UNROLL
         for (int j = begin + 1; j < end; j++) gain = gain + row[j] * twelve(covariance + ERRORS * j);
         double factors[ERRORS], known = 0.0;
         store(gain, factors);
+        CDPR_UNROLL
         for (int j = begin; j < end; j++) {
             innovation -= row[j] * error[j];
             known += row[j] * factors[j];
@@ -43,6 +45,7 @@ struct Correction {
         square += innovation * scaled;
         count++;
         store(twelve(error) + scaled * gain, error);
+        CDPR_UNROLL
         for (int j = 0; j < ERRORS; j++) {
             double* const own = covariance + ERRORS * j;
             store(twelve(own) - precision * (factors[j] * gain), own);
@@ -50,12 +53,12 @@ struct Correction {
     }
 
     // Use a measured vector of which each component is one of the error state.
-    CDPR_INLINE void use_direct(int first, Vector<double> innovation, const double* deviation) {
+    template <int first> CDPR_INLINE void use_direct(Vector<double> innovation, const double* deviation) {
         double row[ERRORS] = {}, each[3];
         store(innovation, each);
         for (int j = 0; j < 3; j++) {
             row[first + j] = 1.0;
-            use(row, first + j, first + j + 1, each[j], deviation[j]);
+            use<first, first + 3>(row, each[j], deviation[j]);
             row[first + j] = 0.0;
         }
     }
@@ -65,7 +68,7 @@ struct Correction {
         double row[ERRORS] = {};
         store(place, row);
         store(turn, row + TURN_ERROR);
-        use(row, 0, VELOCITY_ERROR, innovation, deviation);
+        use<PLACE_ERROR, VELOCITY_ERROR>(row, innovation, deviation);
     }
 
     // Add the correction to a state (13), and begin the next one.
@@ -138,7 +141,7 @@ inline void use_turn_rate(const double* state, const double* measured, const dou
     for (int j = 0; j < 3; j++) {  // R^T (omega + d) after the rotation e: spin + spin x e + R^T d
         store(cross(unit_vector(j), spin), row + TURN_ERROR);
         store(rotate(q, unit_vector(j)), row + SPIN_ERROR);
-        sum.use(row, TURN_ERROR, ERRORS, each[j], deviation[j]);
+        sum.use<TURN_ERROR, ERRORS>(row, each[j], deviation[j]);
     }
 }
 
@@ -181,12 +184,12 @@ inline void use_sensor(const FilteredPlatform& p, const int64_t* row, const doub
     const Quaternion<double> back = conjugate(quaternion(state + 3));
     switch (row[SensorRow::KIND]) {
         case POSE_MEASURED:
-            sum.use_direct(PLACE_ERROR, vector(measured) - vector(state), deviation);
-            sum.use_direct(TURN_ERROR, logarithm(multiply(back, quaternion(measured + 3))), deviation + 3);
+            sum.use_direct<PLACE_ERROR>(vector(measured) - vector(state), deviation);
+            sum.use_direct<TURN_ERROR>(logarithm(multiply(back, quaternion(measured + 3))), deviation + 3);
             break;
         case TWIST_MEASURED:
-            sum.use_direct(VELOCITY_ERROR, vector(measured) - vector(state + 7), deviation);
-            sum.use_direct(SPIN_ERROR, vector(measured + 3) - vector(state + 10), deviation + 3);
+            sum.use_direct<VELOCITY_ERROR>(vector(measured) - vector(state + 7), deviation);
+            sum.use_direct<SPIN_ERROR>(vector(measured + 3) - vector(state + 10), deviation + 3);
             break;
         case ENCODERS:
             use_encoders(p, state, tension, stretched, measured, deviation, sum);

@@ -15,6 +15,15 @@ constexpr int PIECE = 1;
 typedef double Piece;
 #endif
 
+// Unroll the next loop, of a fixed number of repetitions: g++ -O2 would keep the pieces in memory for a loop.
+#if defined(__clang__)
+#define CDPR_UNROLL _Pragma("clang loop unroll(full)")
+#elif defined(__GNUC__)
+#define CDPR_UNROLL _Pragma("GCC unroll 12")
+#else
+#define CDPR_UNROLL
+#endif
+
 struct Twelve {
     static constexpr int PIECES = 12 / PIECE;
 
@@ -23,6 +32,7 @@ struct Twelve {
     Twelve() = default;
     CDPR_INLINE Twelve(const Twelve& other) { *this = other; }
     CDPR_INLINE Twelve& operator=(const Twelve& other) {  // register by register, as for Lanes
+        CDPR_UNROLL
         for (int i = 0; i < PIECES; i++) piece[i] = other.piece[i];
         return *this;
     }
@@ -30,6 +40,7 @@ struct Twelve {
 
 template <class Function> CDPR_INLINE Twelve each_piece(Function function) {
     Twelve found;
+    CDPR_UNROLL
     for (int i = 0; i < Twelve::PIECES; i++) found.piece[i] = function(i);
     return found;
 }
@@ -40,6 +51,7 @@ CDPR_INLINE Twelve twelve(const double* array) {
 }
 
 CDPR_INLINE void store(const Twelve& row, double* array) {
+    CDPR_UNROLL
     for (int i = 0; i < Twelve::PIECES; i++) *reinterpret_cast<Piece*>(array + PIECE * i) = row.piece[i];
 }
 
