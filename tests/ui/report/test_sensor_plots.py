@@ -61,8 +61,16 @@ def test_exact_sensors_have_no_error(run: Run, sensor: str) -> None:
 
 def test_panels(run: Run) -> None:
     panels = {panel.name: panel for panel in plots.sensors(run)}
-    assert {"pose_position", "pose_position_error", "scan_distance_error", "imu_age"} <= set(panels)
+    assert {"pose_position", "pose_position_error", "scan_distance_error"} <= set(panels)
+    assert not any(name.endswith("_age") for name in panels)
     assert panels["receiver_position"].curves[0].points.values == pytest.approx(run["receiver_position"])
+
+
+def test_ages_are_shown_if_measurements_are_lost() -> None:
+    sensors = [{"type": "receiver", "period": 0.004, "dropout": 0.5}, {"type": "imu", "period": 0.004, "delay": 0.002}]
+    lossy = cdpr.simulate(CAROCA, overrides={**SHORT, "sensors": sensors})
+    ages = [panel.name for panel in plots.sensors(lossy) if panel.name.endswith("_age")]
+    assert ages == ["receiver_age"]
 
 
 def test_noise_has_a_band() -> None:

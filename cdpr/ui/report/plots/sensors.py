@@ -52,8 +52,17 @@ def sensors(run: Run) -> list[Panel]:
     for sensor in run.header.sensors:
         for name, column in _columns(run, sensor).items():
             key = name.removeprefix(f"{sensor['name']}_")
-            panels += [_plain(run, column)] if key in ("age", "seen") else _quantity(run, sensor, key, column)
+            if key == "age":
+                panels += [_plain(run, column)] if _loses(run, sensor) else []
+            else:
+                panels += [_plain(run, column)] if key == "seen" else _quantity(run, sensor, key, column)
     return panels
+
+
+def _loses(run: Run, sensor: Mapping[str, Any]) -> bool:
+    """Return True if a measurement of a sensor was late or lost, so that its age shows more than its period."""
+    usual = sensor["delay"] + max(sensor["period"], run.header.log_step)
+    return _oldest(run, sensor) > usual + 0.5 * run.header.log_step
 
 
 def _quantity(run: Run, sensor: Mapping[str, Any], key: str, column: Column) -> list[Panel]:
@@ -144,8 +153,12 @@ def _dark(column: Column) -> Sequence[str]:
 
 def _lag(run: Run, sensor: Mapping[str, Any]) -> int:
     """Return the number of rows before each part of a long run from which its measurements may be."""
-    ages = [float(np.nanmax(part[f"{sensor['name']}_age"], initial=0.0)) for part, _, _ in _parts(run, 0)]
-    return int(np.ceil(max(ages) / run.header.log_step)) + 1 + rows_before(run, sensor)
+    return int(np.ceil(_oldest(run, sensor) / run.header.log_step)) + 1 + rows_before(run, sensor)
+
+
+def _oldest(run: Run, sensor: Mapping[str, Any]) -> float:
+    """Return the largest age of a measurement, s."""
+    return max(float(np.nanmax(part[f"{sensor['name']}_age"], initial=0.0)) for part, _, _ in _parts(run, 0))
 
 
 def _parts(run: Run, lag: int) -> Sequence[tuple[Run, int, int]]:
