@@ -10,13 +10,14 @@ import numpy as np
 
 from cdpr.base.errors import CdprError
 from cdpr.base.problems import Path
-from cdpr.cables import rubs
+from cdpr.cables import rubs, takes_lengths
 from cdpr.mechanics.kinematics import lengths
 from cdpr.mechanics.stability import exit_slopes
 from cdpr.model.robot import Array
 from cdpr.scenario import Scenario
 from cdpr.simulation.build import check_cables
 from cdpr.simulation.columns import chosen_plugins
+from cdpr.simulation.linear_map import Linearised
 from cdpr.simulation.linearised import linearise
 from cdpr.simulation.poles import (
     PHYSICS_STEP,
@@ -24,6 +25,7 @@ from cdpr.simulation.poles import (
     UNDAMPED,
     UNDECIDED,
     UNSTABLE,
+    bandwidths,
     pole_text,
     poles,
     sampling,
@@ -42,6 +44,12 @@ POWERS = {"kp": 2, "kd": 1, "ki": 3}
 WORSE = STABLE, UNDAMPED, UNDECIDED, UNSTABLE  # verdicts, the worst last
 SERVO_GAINS = "position_gain", "velocity_gain"
 
+SLOW = 0.2  # of the designed bandwidth, below which errors of the motion are several times those of the controller
+SLOW_REMEDIES = (
+    "give the winches higher gains (robot.winch.position_gain) or stiffer cables, or command lengths, such as with the "
+    "controller inverse_kinematics and flex_compensation"
+)
+
 
 def loop_problems(scenario: Scenario) -> tuple[str, list[tuple[Path, str]]]:
     """Return the verdict on the loop at the start and at the end of the motion, and warnings with their keys.
@@ -52,7 +60,7 @@ def loop_problems(scenario: Scenario) -> tuple[str, list[tuple[Path, str]]]:
     known = STABLE
     for where, pose in rest_poses(scenario).items():
         try:
-            loop = linearise(scenario, pose)
+            loop = linearise(scenario, pose, response=takes_lengths(scenario.robot))
         except CdprError as error:
             reason = str(error).replace(INITIAL, f"at the {where}")  # at which the loop was built
             if isinstance(error, StepTooLongError):  # only at this pose, or the scenario is rejected
@@ -68,9 +76,24 @@ def loop_problems(scenario: Scenario) -> tuple[str, list[tuple[Path, str]]]:
             found.setdefault(("controller",), text)
         for path, text in sampling(loop, scenario):
             found.setdefault(path, text)
+        if here == STABLE and (text := _slowness(scenario, loop)):
+            found.setdefault(("controller",), f"{text} at the {where}: {SLOW_REMEDIES}")
         if here == UNSTABLE:
             break
     return known, list(found.items())
+
+
+def _slowness(scenario: Scenario, loop: Linearised) -> str:
+    """Return the warning that drives which hold lengths follow the controller slowly; "" if they do not."""
+    kp, kd = (np.array(getattr(scenario.controller_options, key, 0.0), dtype=float) for key in ("kp", "kd"))
+    if not takes_lengths(scenario.robot) or not kp.all() or not kd.all():
+        return ""
+    designed = float(np.abs(np.array([np.roots([1.0, d, p]) for p, d in np.broadcast(kp, kd)])).min()) / (2.0 * math.pi)
+    slowest = min((band for band in bandwidths(loop) if band is not None), default=math.inf)
+    if slowest >= SLOW * designed:
+        return ""
+    bands = f"its bandwidth is {slowest:.2g} Hz, that of kp and kd {designed:.2g} Hz"
+    return f"the drives make the closed loop slow: {bands}"
 
 
 def _steps_along_motion(scenario: Scenario) -> Iterator[tuple[Path, str]]:

@@ -16,6 +16,7 @@ import cdpr
 from cdpr.base.errors import CdprError
 from cdpr.plugins import Controller, SnapshotOfArrays
 from cdpr.plugins.registry import registry
+from cdpr.scenario import load_scenario
 from cdpr.simulation import loop_problems as loop_problems_module
 from cdpr.simulation.linearised import linearise
 from cdpr.simulation.linearised_scenario import NotLinearisedError
@@ -372,3 +373,15 @@ def test_drives_that_are_not_linear_have_no_poles():
     for drives in ({"resolution": 0.1}, {"cables": {"cable_1": {"backlash": 0.1}}}):
         with pytest.raises(NotLinearisedError, match="the resolution or the backlash of the drives is not linear"):
             at_start(crane().with_changes({"drives": drives}))
+
+
+@pytest.mark.parametrize(("position_gain", "slow"), [(50.0, True), (5000.0, False)])
+def test_slow_drives_are_reported(position_gain: float, slow: bool) -> None:
+    """Servos with low gains stretch soft cables late; the closed loop is stable and follows with large errors."""
+    winch = {"type": "position", "drum_radius": 0.05, "inertia": 0.002, "velocity_gain": 1.0, "integral_gain": 20.0}
+    cable = {"model": "elastic", "axial_stiffness": 1e5, "damping": 100.0}
+    changes = {"robot.cable": cable, "robot.winch": {**winch, "position_gain": position_gain}}
+    known, found = loop_problems(load_scenario(ROOT / "scenarios" / "caroca.yaml").with_changes(changes))
+    text = dict(found).get(("controller",), "")
+    assert known == "stable"
+    assert ("the drives make the closed loop slow: its bandwidth is 0.29 Hz, that of kp and kd 1.6 Hz" in text) == slow
