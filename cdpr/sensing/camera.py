@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
 from cdpr.base.columns import Column
 from cdpr.base.fields import NonNegative, Position, Positive, unit
@@ -14,6 +14,7 @@ from cdpr.base.needs import Needs, left_out, of_sensor
 from cdpr.sensing.sensor import LONGEST, Sensor, Sources, Truth
 
 LARGEST = 4096  # px, width and height
+LONGEST_FOCAL = 1000  # times the size of the image: renderers hang or draw nothing with much narrower views
 NO_IMAGES = "renders no images"
 
 
@@ -69,6 +70,16 @@ class Camera(Sensor):
         if not np.isclose(np.linalg.norm(value), 1.0, atol=1e-6):  # written with six digits
             raise ValueError(f"expected a unit quaternion w, x, y, z, got one of norm {np.linalg.norm(value):.6g}")
         return value
+
+    @model_validator(mode="after")
+    def _sees(self) -> Self:
+        most = tuple(LONGEST_FOCAL * each for each in self.size)
+        if any(focal > limit for focal, limit in zip(self.focal, most, strict=True)):
+            raise ValueError(
+                f"focal: expected at most {most[0]} px and {most[1]} px, {LONGEST_FOCAL} times the size of the image, got "
+                f"{self.focal[0]:g} and {self.focal[1]:g}: the image would show less than 0.06 degrees"
+            )
+        return self
 
     @field_validator("delay", "jitter", "dropout")
     @classmethod
