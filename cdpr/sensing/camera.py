@@ -76,8 +76,8 @@ class Camera(Sensor):
         most = tuple(LONGEST_FOCAL * each for each in self.size)
         if any(focal > limit for focal, limit in zip(self.focal, most, strict=True)):
             raise ValueError(
-                f"focal: expected at most {most[0]} px and {most[1]} px, {LONGEST_FOCAL} times the size of the image, got "
-                f"{self.focal[0]:g} and {self.focal[1]:g}: the image would show less than 0.06 degrees"
+                f"focal: expected at most {most[0]} px and {most[1]} px, {LONGEST_FOCAL} times the size of the image, "
+                f"got {self.focal[0]:g} and {self.focal[1]:g}: the image would show less than 0.06 degrees"
             )
         return self
 
