@@ -50,7 +50,7 @@ def test_to_believe_the_truth_changes_no_bit(file, controller):
     assert run.rows.shape[1] == width + 6 + plain.tension.shape[1]
     assert (plain.header.believed, run.header.believed) == ("", "the robot without changes")
     assert np.array_equal(run.true_wrench, run["true_wrench"])
-    with pytest.raises(AttributeError, match="recorded only if the scenario contains `believed`"):
+    with pytest.raises(AttributeError, match="recorded only if the scenario has `believed`, an estimator or sensors"):
         _ = plain.true_wrench
     assert "believed" not in plain.header.to_dict()
 

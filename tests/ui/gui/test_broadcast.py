@@ -33,6 +33,6 @@ def test_a_slow_window_gets_the_newest_alone():
 
 
 def test_no_message_holds_what_json_has_not():
-    assert set(KINDS) == {"hello", "form", "scene", "status", "frame"}
+    assert set(KINDS) == {"hello", "form", "scene", "status", "frame", "images"}
     with pytest.raises(ValueError, match="not JSON compliant"):
         encoded({"kind": "frame", "t": float("nan")})

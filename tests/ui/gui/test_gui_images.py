@@ -48,7 +48,7 @@ def test_images_are_those_of_the_newest_sample_once_per_period():
     later.close()
 
 
-def test_without_a_renderer_the_window_is_told_once(monkeypatch):
+def test_without_a_renderer_the_window_reports_it_once(monkeypatch):
     session = SimulationSession(load_scenario(SCENARIO), Broadcast())
     monkeypatch.setattr(rendering, "find_spec", lambda name: None)
     session.step(10, session.simulation.step)

@@ -65,7 +65,7 @@ def test_images_come_from_the_file_or_else_from_the_rows(run, page, monkeypatch,
     assert embedded(render(cdpr.load_run(copy))) == embedded(page)
 
 
-def test_without_a_renderer_the_page_says_why_there_are_no_images(monkeypatch):
+def test_without_a_renderer_the_page_gives_the_reason(monkeypatch):
     run = cdpr.simulate(SCENARIO, overrides=SHORT)
     monkeypatch.setattr(rendering, "find_spec", lambda name: None)
     page = render(run)
