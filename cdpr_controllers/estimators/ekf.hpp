@@ -87,7 +87,7 @@ inline int64_t store_inputs(const KalmanFilter& p, int64_t now) {
     int64_t first = now;
     for (int64_t i = 0; i < p.k; i++) {
         if (p.arrivals[2 * i] != 1.0) continue;
-        const int64_t late = ::lround(p.arrivals[2 * i + 1] / p.platform.period);
+        const int64_t late = int64_t(smaller(p.arrivals[2 * i + 1] / p.platform.period + 0.5, double(p.slots)));
         if (late > now || late > p.slots - 2) continue;  // later than the sensor's delay and jitter
         const FilteredStep taken = p.step(now - late);
         const int64_t *row = p.sensor(i), place = row[SensorRow::VALUES];

@@ -9,10 +9,10 @@ namespace cdpr::CDPR_TARGET {
 
 #ifdef CDPR_LANES
 constexpr int PIECE = PART < 4 ? 2 : 4;  // numbers in a register
-typedef double Piece __attribute__((vector_size(8 * PIECE), aligned(8), may_alias));
+typedef double RowPiece __attribute__((vector_size(8 * PIECE), aligned(8), may_alias));
 #else
 constexpr int PIECE = 1;
-typedef double Piece;
+typedef double RowPiece;
 #endif
 
 // Unroll the next loop, of a fixed number of repetitions: g++ -O2 would keep the pieces in memory for a loop.
@@ -27,7 +27,7 @@ typedef double Piece;
 struct Twelve {
     static constexpr int PIECES = 12 / PIECE;
 
-    Piece piece[PIECES];
+    RowPiece piece[PIECES];
 
     Twelve() = default;
     CDPR_INLINE Twelve(const Twelve& other) { *this = other; }
@@ -47,22 +47,22 @@ template <class Function> CDPR_INLINE Twelve each_piece(Function function) {
 
 // Read twelve numbers of an array.
 CDPR_INLINE Twelve twelve(const double* array) {
-    return each_piece([&](int i) -> Piece { return *reinterpret_cast<const Piece*>(array + PIECE * i); });
+    return each_piece([&](int i) -> RowPiece { return *reinterpret_cast<const RowPiece*>(array + PIECE * i); });
 }
 
 CDPR_INLINE void store(const Twelve& row, double* array) {
     CDPR_UNROLL
-    for (int i = 0; i < Twelve::PIECES; i++) *reinterpret_cast<Piece*>(array + PIECE * i) = row.piece[i];
+    for (int i = 0; i < Twelve::PIECES; i++) *reinterpret_cast<RowPiece*>(array + PIECE * i) = row.piece[i];
 }
 
 CDPR_INLINE Twelve operator+(const Twelve& a, const Twelve& b) {
-    return each_piece([&](int i) -> Piece { return a.piece[i] + b.piece[i]; });
+    return each_piece([&](int i) -> RowPiece { return a.piece[i] + b.piece[i]; });
 }
 CDPR_INLINE Twelve operator-(const Twelve& a, const Twelve& b) {
-    return each_piece([&](int i) -> Piece { return a.piece[i] - b.piece[i]; });
+    return each_piece([&](int i) -> RowPiece { return a.piece[i] - b.piece[i]; });
 }
 CDPR_INLINE Twelve operator*(double factor, const Twelve& a) {
-    return each_piece([&](int i) -> Piece { return factor * a.piece[i]; });
+    return each_piece([&](int i) -> RowPiece { return factor * a.piece[i]; });
 }
 
 }  // namespace cdpr::CDPR_TARGET
