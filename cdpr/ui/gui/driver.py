@@ -37,7 +37,7 @@ PATIENCE = 2.0  # s that `close` waits for the current step
 # Status without a simulation, with the keys of `SimulationSession.about`.
 NOTHING: dict[str, Any] = {
     **{"t": 0.0, "duration": 0.0, "status": "", "backend": "", "solver": "", "controller": ""},
-    **{"events": [], "pushes": [], "cables": [], "winches": [], "limits": None, "changeable": []},
+    **{"events": [], "pushes": [], "cables": [], "winches": [], "sensors": [], "limits": None, "changeable": []},
 }
 
 Phase = Literal["building", "ready", "running", "paused", "done", "ended", "failed"]

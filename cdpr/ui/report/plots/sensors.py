@@ -62,7 +62,7 @@ def sensors(run: Run) -> list[Panel]:
 def _loses(run: Run, sensor: Mapping[str, Any]) -> bool:
     """Return True if a measurement of a sensor was late or lost, so that its age shows more than its period."""
     usual = sensor["delay"] + max(sensor["period"], run.header.log_step)
-    return _oldest(run, sensor) > usual + 0.5 * run.header.log_step
+    return bool(_oldest(run, sensor) > usual + 0.5 * run.header.log_step)
 
 
 def _quantity(run: Run, sensor: Mapping[str, Any], key: str, column: Column) -> list[Panel]:
