@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -14,6 +13,8 @@ from cdpr.log.run import Run
 from cdpr.log.summary import PIECE
 from cdpr.model import rotations
 from cdpr.model.robot import Array
+from cdpr.sensing import Sensor
+from cdpr.sensing.sensor import Quantity
 from cdpr.ui.report.plots.decimate import BINS, Extrema
 from cdpr.ui.report.plots.histories import Points
 from cdpr.ui.report.plots.panel import Curves, Entry, Limit, Panel
@@ -29,45 +30,40 @@ ERROR_UNITS = ("m", "rad", "m/s", "rad/s")
 
 def names_of(run: Run) -> frozenset[str]:
     """Return the names of the columns that the panels of sensors and of the estimate show."""
-    known = run.header.layout.fields
     own = {column.name for group in ESTIMATES if run.header.layout.has(group) for column in GROUPS[group].columns}
-    for sensor in run.header.sensors:
-        own |= {name for name in known if name.startswith(f"{sensor['name']}_") and name in _columns(run, sensor)}
+    for sensor in run.header.measuring:
+        own |= {column.name for column in _columns(run, sensor).values()}
     return frozenset(own)
 
 
-def _columns(run: Run, sensor: Mapping[str, Any]) -> dict[str, Column]:
-    """Return the columns of a sensor: its quantities, which end with its age."""
-    fields = list(run.header.layout.fields.values())
-    last = next((i for i, column in enumerate(fields) if column.name == f"{sensor['name']}_age"), -1)
-    first = last
-    while first > 0 and fields[first - 1].text.endswith(f", measured by {sensor['name']}"):
-        first -= 1
-    return {column.name: column for column in fields[first : last + 1]} if last >= 0 else {}
+def _columns(run: Run, sensor: Sensor) -> dict[str, Column]:
+    """Return the columns of a sensor by the keys of its quantities, and "age"."""
+    fields = run.header.layout.fields
+    named = {each.name.removeprefix(f"{sensor.title}_"): each.name for each in sensor.columns}
+    return {key: fields[name] for key, name in named.items() if name in fields}
 
 
 def sensors(run: Run) -> list[Panel]:
     """Return the panels of all sensors: each quantity, measured and true, its error, and the age."""
     panels: list[Panel] = []
-    for sensor in run.header.sensors:
-        for name, column in _columns(run, sensor).items():
-            key = name.removeprefix(f"{sensor['name']}_")
-            if key == "age":
-                panels += [_plain(run, column)] if _loses(run, sensor) else []
-            else:
-                panels += [_plain(run, column)] if key == "seen" else _quantity(run, sensor, key, column)
+    for sensor in run.header.measuring:
+        columns = _columns(run, sensor)
+        for each in sensor.quantities:
+            panels += _quantity(run, sensor, each, columns[each.key])
+        if sensor.quantities and _loses(run, sensor):
+            panels.append(_plain(run, columns["age"]))
     return panels
 
 
-def _loses(run: Run, sensor: Mapping[str, Any]) -> bool:
+def _loses(run: Run, sensor: Sensor) -> bool:
     """Return True if a measurement of a sensor was late or lost, so that its age shows more than its period."""
-    usual = sensor["delay"] + max(sensor["period"], run.header.log_step)
+    usual = sensor.delay + max(sensor.period, run.header.log_step)
     return bool(_oldest(run, sensor) > usual + 0.5 * run.header.log_step)
 
 
-def _quantity(run: Run, sensor: Mapping[str, Any], key: str, column: Column) -> list[Panel]:
+def _quantity(run: Run, sensor: Sensor, quantity: Quantity, column: Column) -> list[Panel]:
     """Return the panel of measured and true values, and that of their difference if the truth is known."""
-    lag = _lag(run, sensor)
+    key, lag = quantity.key, _lag(run, sensor)
     name, unit = column.name, f" ({column.unit})" if column.unit else ""
     wide = column.width > MOST_CURVES
     measured = _history(run, lambda part: _reduced(part[name], wide))
@@ -87,15 +83,15 @@ def _quantity(run: Run, sensor: Mapping[str, Any], key: str, column: Column) -> 
     ]
     label = "mean " if wide else ""
     both = Panel(f"{label}{shorten(name)}{unit}", lines, [*looks, *how], name=name)
-    return [both, _error(run, sensor, key, column, lag)]
+    return [both, _error(run, sensor, quantity, column, lag)]
 
 
-def _error(run: Run, sensor: Mapping[str, Any], key: str, column: Column, lag: int) -> Panel:
-    wide, attitude = column.width > MOST_CURVES, key == "attitude"
+def _error(run: Run, sensor: Sensor, quantity: Quantity, column: Column, lag: int) -> Panel:
+    wide, attitude = column.width > MOST_CURVES, quantity.attitude
     unit = "rad" if attitude else column.unit
 
     def found(part: Run) -> Array:
-        each = errors(part, sensor, key)
+        each = errors(part, sensor, quantity.key)
         assert each is not None
         if not wide:
             return each
@@ -105,7 +101,7 @@ def _error(run: Run, sensor: Mapping[str, Any], key: str, column: Column, lag: i
     points = _history(run, found, lag)
     looks = [(axis, {"color": colour}) for axis, colour in zip("xyz", AXES, strict=True)] if attitude else []
     looks = looks or _looks(run, column, wide)
-    sigma = float(sensor.get(key, {}).get("noise", 0.0))
+    sigma = sensor.errors_of(quantity).noise
     limits = (Limit(f"3 σ of the noise: {SIGMAS * sigma:.3g} {unit}", _ends(sigma, wide)),) if sigma > 0.0 else ()
     lines = Curves(points, [look["color"] for _, look in looks], names=[label for label, _ in looks])
     label = f"{'rms ' if wide else ''}error of {shorten(column.name)} ({unit})"
@@ -151,14 +147,14 @@ def _dark(column: Column) -> Sequence[str]:
     return DARK if column.frame and column.width == 3 else (INK,)
 
 
-def _lag(run: Run, sensor: Mapping[str, Any]) -> int:
+def _lag(run: Run, sensor: Sensor) -> int:
     """Return the number of rows before each part of a long run from which its measurements may be."""
     return int(np.ceil(_oldest(run, sensor) / run.header.log_step)) + 1 + rows_before(run, sensor)
 
 
-def _oldest(run: Run, sensor: Mapping[str, Any]) -> float:
+def _oldest(run: Run, sensor: Sensor) -> float:
     """Return the largest age of a measurement, s."""
-    return max(float(np.nanmax(part[f"{sensor['name']}_age"], initial=0.0)) for part, _, _ in _parts(run, 0))
+    return max(float(np.nanmax(part[f"{sensor.title}_age"], initial=0.0)) for part, _, _ in _parts(run, 0))
 
 
 def _parts(run: Run, lag: int) -> Sequence[tuple[Run, int, int]]:
