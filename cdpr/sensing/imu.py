@@ -8,6 +8,7 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
+from cdpr.base.columns import PLATFORM
 from cdpr.base.fields import ZERO, Position, unit
 from cdpr.base.needs import Needs, of_sensor
 from cdpr.model import rotations
@@ -41,8 +42,8 @@ class Imu(Sensor):
     mount: ClassVar[tuple[str, ...]] = ("place", "axes")
     measurement: ClassVar[str] = "imu"
     quantities: ClassVar[tuple[Quantity, ...]] = (
-        Quantity("force", 3, "m/s^2", "Mean specific force since the measurement before, platform axes"),
-        Quantity("turn_rate", 3, "rad/s", "Angular velocity, platform axes"),
+        Quantity("force", 3, "m/s^2", "Mean specific force since the measurement before", PLATFORM),
+        Quantity("turn_rate", 3, "rad/s", "Angular velocity", PLATFORM),
     )
 
     type: Literal["imu"] = "imu"

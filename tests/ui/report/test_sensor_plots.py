@@ -65,6 +65,16 @@ def test_panels(run: Run) -> None:
     assert panels["receiver_position"].curves[0].points.values == pytest.approx(run["receiver_position"])
 
 
+def test_axes_and_units_of_an_imu(run: Run) -> None:
+    panels = {panel.name: panel for panel in plots.sensors(run)}
+    assert [panels[name].label for name in ("imu_force", "imu_turn_rate")] == [
+        "imu_force (m/s²)",
+        "imu_turn_rate (rad/s)",
+    ]
+    assert [name for name, _ in panels["imu_force"].legend] == ["x", "y", "z", "measured", "true"]
+    assert run.header.layout.fields["imu_force"].labels(()) == ["imu_force_x", "imu_force_y", "imu_force_z"]
+
+
 def test_ages_are_shown_if_measurements_are_lost() -> None:
     sensors = [{"type": "receiver", "period": 0.004, "dropout": 0.5}, {"type": "imu", "period": 0.004, "delay": 0.002}]
     lossy = cdpr.simulate(CAROCA, overrides={**SHORT, "sensors": sensors})

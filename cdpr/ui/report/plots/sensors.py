@@ -19,7 +19,7 @@ from cdpr.ui.report.plots.decimate import BINS, Extrema
 from cdpr.ui.report.plots.histories import Points
 from cdpr.ui.report.plots.panel import Curves, Entry, Limit, Panel
 from cdpr.ui.report.plots.truths import errors, measured_truth, rows_before
-from cdpr.ui.report.style import AXES, DARK, DESIRED, INK, SOFT, cable_looks, shorten
+from cdpr.ui.report.style import AXES, DARK, DESIRED, INK, SOFT, cable_looks, shorten, typeset, with_unit
 
 SIGMAS = 3.0  # half width of a band; 99.7 % of normal errors are within it
 MOST_CURVES = 16  # beyond, only the mean over the values and the root of the mean square of their errors
@@ -64,7 +64,7 @@ def _loses(run: Run, sensor: Sensor) -> bool:
 def _quantity(run: Run, sensor: Sensor, quantity: Quantity, column: Column) -> list[Panel]:
     """Return the panel of measured and true values, and that of their difference if the truth is known."""
     key, lag = quantity.key, _lag(run, sensor)
-    name, unit = column.name, f" ({column.unit})" if column.unit else ""
+    name = column.name
     wide = column.width > MOST_CURVES
     measured = _history(run, lambda part: _reduced(part[name], wide))
     if errors(run.part(0, 1), sensor, key) is None:
@@ -81,8 +81,8 @@ def _quantity(run: Run, sensor: Sensor, quantity: Quantity, column: Column) -> l
         ("measured", {"color": SOFT, "linewidth": 1.4}),
         ("true", {"color": INK, "linewidth": 0.9, "linestyle": DESIRED}),
     ]
-    label = "mean " if wide else ""
-    both = Panel(f"{label}{shorten(name)}{unit}", lines, [*looks, *how], name=name)
+    label = with_unit(f"{'mean ' if wide else ''}{shorten(name)}", column.unit)
+    both = Panel(label, lines, [*looks, *how], name=name)
     return [both, _error(run, sensor, quantity, column, lag)]
 
 
@@ -102,9 +102,11 @@ def _error(run: Run, sensor: Sensor, quantity: Quantity, column: Column, lag: in
     looks = [(axis, {"color": colour}) for axis, colour in zip("xyz", AXES, strict=True)] if attitude else []
     looks = looks or _looks(run, column, wide)
     sigma = sensor.errors_of(quantity).noise
-    limits = (Limit(f"3 σ of the noise: {SIGMAS * sigma:.3g} {unit}", _ends(sigma, wide)),) if sigma > 0.0 else ()
+    limits = (
+        (Limit(f"3 σ of the noise: {SIGMAS * sigma:.3g} {typeset(unit)}", _ends(sigma, wide)),) if sigma > 0.0 else ()
+    )
     lines = Curves(points, [look["color"] for _, look in looks], names=[label for label, _ in looks])
-    label = f"{'rms ' if wide else ''}error of {shorten(column.name)} ({unit})"
+    label = with_unit(f"{'rms ' if wide else ''}error of {shorten(column.name)}", unit)
     legend = looks if len(looks) > 1 else ()
     return Panel(label, (lines,), legend, 2.0 * SIGMAS * sigma, limits, name=f"{column.name}_error")
 
@@ -119,8 +121,8 @@ def _plain(run: Run, column: Column) -> Panel:
     points = _history(run, lambda part: _reduced(part[column.name], wide))
     looks = _looks(run, column, wide)
     lines = Curves(points, [look["color"] for _, look in looks], names=[label for label, _ in looks])
-    unit, label = f" ({column.unit})" if column.unit else "", "mean " if wide else ""
-    return Panel(f"{label}{shorten(column.name)}{unit}", (lines,), looks if len(looks) > 1 else (), name=column.name)
+    label = with_unit(f"{'mean ' if wide else ''}{shorten(column.name)}", column.unit)
+    return Panel(label, (lines,), looks if len(looks) > 1 else (), name=column.name)
 
 
 def _reduced(values: Array | None, wide: bool) -> Array:
@@ -194,7 +196,7 @@ def estimate(run: Run) -> list[Panel]:
 def _true_and_estimated(run: Run, name: str) -> Panel:
     unit = run.header.layout.fields[name].unit
     own = _history(run, lambda part: part[f"estimated_{name}"]), _history(run, lambda part: part[name])
-    return _pair(f"{name.replace('_', ' ')} ({unit})", f"estimated_{name}", *own)
+    return _pair(with_unit(name.replace("_", " "), unit), f"estimated_{name}", *own)
 
 
 def _attitudes(run: Run) -> Panel:
