@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import ROOT
+from plants import installed
 from restarts import assert_restarts_give
 from scipy import stats
 from scipy.spatial.transform import Rotation
@@ -114,7 +115,7 @@ def test_rollouts_have_the_bits_of_single_runs(estimator):
         assert all(batch[name][i].tobytes() == np.ascontiguousarray(single[name]).tobytes() for name in columns)
 
 
-@pytest.mark.parametrize("backend", ["mujoco", "bullet", "dart"])
+@pytest.mark.parametrize("backend", installed("mujoco", "bullet", "dart"))
 def test_estimates_follow_the_truth_on_all_engines(backend):
     found = run("complementary", **{"simulation.backend": backend})
     assert found.status == "finished"
