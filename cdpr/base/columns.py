@@ -15,7 +15,7 @@ from functools import lru_cache
 from cdpr.base.problems import short_repr
 
 CABLES = 0  # width of a column with one number per cable
-WORLD = "world"
+WORLD, PLATFORM = "world", "platform"  # frames
 
 ARRAY = "std_msgs/Float64MultiArray"
 # Topics of a log with their messages, in the order of a chunk; any other topic is an ARRAY and follows.
