@@ -11,10 +11,10 @@ from pydantic import Field, field_validator, model_validator
 from cdpr.base.columns import Column
 from cdpr.base.fields import NonNegative, Position, Positive, unit
 from cdpr.base.needs import Needs, left_out, of_sensor
+from cdpr.sensing.pinhole import check_lens
 from cdpr.sensing.sensor import LONGEST, Sensor, Sources, Truth
 
 LARGEST = 4096  # px, width and height
-LONGEST_FOCAL = 1000  # times the size of the image: renderers hang or draw nothing with much narrower views
 NO_IMAGES = "renders no images"
 
 
@@ -73,12 +73,7 @@ class Camera(Sensor):
 
     @model_validator(mode="after")
     def _sees(self) -> Self:
-        most = tuple(LONGEST_FOCAL * each for each in self.size)
-        if any(focal > limit for focal, limit in zip(self.focal, most, strict=True)):
-            raise ValueError(
-                f"focal: expected at most {most[0]} px and {most[1]} px, {LONGEST_FOCAL} times the size of the image, "
-                f"got {self.focal[0]:g} and {self.focal[1]:g}: the image would show less than 0.06 degrees"
-            )
+        check_lens(self.focal, self.center, self.size)
         return self
 
     @field_validator("delay", "jitter", "dropout")

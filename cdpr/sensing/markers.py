@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
 from cdpr.base.fields import Position, Positive, Vector3, unit
 from cdpr.base.needs import Needs, of_sensor
@@ -13,6 +13,7 @@ from cdpr.mechanics import solids
 from cdpr.native.bind import bind
 from cdpr.sensing.disturbance import Mount
 from cdpr.sensing.errors import Errors
+from cdpr.sensing.pinhole import check_lens
 from cdpr.sensing.rays import solids_of
 from cdpr.sensing.sensor import Quantity, Sensor, Sources, Truth
 from cdpr.tension.operations import Operation
@@ -65,6 +66,11 @@ class Markers(Sensor):
         if not np.isclose(np.linalg.norm(value), 1.0, atol=1e-6):  # written with six digits
             raise ValueError(f"expected a unit quaternion w, x, y, z, got one of norm {np.linalg.norm(value):.6g}")
         return value
+
+    @model_validator(mode="after")
+    def _sees(self) -> Self:
+        check_lens(self.focal, self.center, self.size)
+        return self
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:  # type: ignore[override]

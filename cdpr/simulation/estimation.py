@@ -163,8 +163,7 @@ class Estimation(LoopPart):
 
     def _refuse_code(self, code: int) -> None:
         raise PluginError(
-            f"the estimator '{self._entry.info.name}' failed: its compiled operation returned {code}, expected 0. If "
-            "the estimate diverged, check its options, its start and the noise of the sensors"
+            f"the estimator '{self._entry.info.name}' failed: its compiled operation returned {code}, expected 0"
         )
 
     def _judging(self, surroundings: Surroundings, out: Array) -> list[Operation]:
