@@ -8,7 +8,6 @@ from contextlib import ExitStack
 import numpy as np
 
 from cdpr.base.defaults import BACKEND
-from cdpr.base.errors import CdprError
 from cdpr.base.problems import Path
 from cdpr.log.event import Event
 from cdpr.model import rotations
@@ -45,9 +44,9 @@ def far_start(scenario: Scenario, state: Array) -> str:
         ", ".join(f"{round(value, 6) + 0.0:.4g}" for value in part) for part in (state[:3], state[3:7])
     )
     return (
-        f"the pose of rest for the first commands is {distance:.3g} m and {math.degrees(turn):.3g} deg from the initial "
-        f"pose, more than {FAR * extent:.3g} m ({FAR:.0%} of the frame) or {math.degrees(TURNED):.3g} deg: the motion "
-        "starts with this error, and the platform may be in another equilibrium than intended; choose an initial pose "
+        f"the pose of rest for the first commands is {distance:.3g} m and {math.degrees(turn):.3g} deg from the "
+        f"initial pose, more than {FAR * extent:.3g} m ({FAR:.0%} of the frame) or {math.degrees(TURNED):.3g} deg: the "
+        "motion starts with this error, and the platform may be in another equilibrium than intended; choose an initial pose "
         f"near the pose of rest (position [{position}], quaternion [{attitude}]), or hold the initial pose by other "
         "controller options, such as flex_compensation or more pretension"
     )
