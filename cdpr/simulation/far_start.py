@@ -47,8 +47,8 @@ def far_start(scenario: Scenario, state: Array) -> str:
         f"the pose of rest for the first commands is {distance:.3g} m and {math.degrees(turn):.3g} deg from the "
         f"initial pose, more than {FAR * extent:.3g} m ({FAR:.0%} of the frame) or {math.degrees(TURNED):.3g} deg: the "
         "motion starts with this error, and the platform may be in another equilibrium than intended; choose an "
-        f"initial pose near the pose of rest (position [{position}], quaternion [{attitude}]), or hold this pose by other "
-        "controller options, such as flex_compensation or more pretension"
+        f"initial pose near the pose of rest (position [{position}], quaternion [{attitude}]), or hold this pose by "
+        "other controller options, such as flex_compensation or more pretension"
     )
 
 
