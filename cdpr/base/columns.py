@@ -359,7 +359,7 @@ GROUPS: dict[str, ColumnGroup] = {
     "estimated": ColumnGroup(ESTIMATED, "the scenario contains an `estimator`"),
     "uncertainty": ColumnGroup(UNCERTAINTY, "the scenario contains an `estimator` with a covariance"),
     "innovation": ColumnGroup(INNOVATION, "the scenario contains an `estimator` that compares with its predictions"),
-    "loaded": ColumnGroup(LOADED, "the scenario contains an event that changes the mass"),
+    "loaded": ColumnGroup(LOADED, "an event of the scenario changes the mass, without `log_energy: false`"),
 }
 
 

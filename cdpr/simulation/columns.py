@@ -16,7 +16,7 @@ from cdpr.model.robot import Array
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.registry import Registered, Role
 from cdpr.scenario import Scenario
-from cdpr.scenario.events import mass_changes
+from cdpr.scenario.events import logged_mass_changes
 from cdpr.simulation.loop_part import LoopPart, perceived_differs
 from cdpr.simulation.loop_parts import loop_parts
 
@@ -35,7 +35,7 @@ CONDITIONS: dict[str, Callable[[Scenario, Sequence[LoopPart]], bool]] = {
     "sagging": lambda scenario, parts: bends(scenario.robot),
     "later": lambda scenario, parts: True,
     "perceived": lambda scenario, parts: perceived_differs(scenario.nominal, parts),
-    "loaded": lambda scenario, parts: bool(mass_changes(scenario.events)),
+    "loaded": lambda scenario, parts: logged_mass_changes(scenario.events),
 }
 
 
