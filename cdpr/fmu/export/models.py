@@ -102,6 +102,11 @@ class Plant(Model):
                 f"robot '{self.robot.name}' has ideal cables, so there is no winch to export: choose cable.model rigid "
                 "or elastic and give the winch, or export without winches"
             )
+        if self.control and self.control.measures_winches and not self.winches:
+            raise CdprError(
+                "the controller uses sensors of the winches (encoders or load cells), which are not exported: add "
+                "--with-winch"
+            )
         return [
             *times(self.physics_step),
             *self._platform(),
@@ -111,6 +116,7 @@ class Plant(Model):
             *(self.control.inputs() if self.control else []),
             *self._inputs(),
             *self._outputs(),
+            *(self.control.outputs() if self.control else []),
             *self._constants(),
             *load_variables(self.loads),
         ]

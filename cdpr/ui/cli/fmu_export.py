@@ -73,7 +73,7 @@ def command(
     import numpy as np
 
     from cdpr.base.errors import CdprError
-    from cdpr.base.needs import of_brake
+    from cdpr.base.needs import of_brake, of_sensor
     from cdpr.cables import ACTUATED, chain_of, immediate, rubs, takes_lengths, with_model
     from cdpr.cables.brake import brake_of
     from cdpr.fmu.export import NATIVE, Actuator, Controller, Load, Model, Plant, write_fmu
@@ -123,6 +123,9 @@ def command(
         from cdpr.simulation.exported import control_of
 
         control = control_of(loaded, use)
+        if control.unused:
+            names = ", ".join(control.unused)
+            click.echo(f"{file}: left out: sensors: {of_sensor().controller_fmu.why} ({names})", err=True)
     if not controller and (with_winch or only_winch):
         from cdpr.simulation.step_checks import Circumstances, check_step, empty_drum
 
