@@ -24,6 +24,7 @@ from cdpr.simulation.build import output_of
 from cdpr.simulation.columns import chosen_plugins
 from cdpr.simulation.controller_calls import add_inner_loop, corrects, observes, period_of
 from cdpr.simulation.exported_sensors import ExportedSensors
+from cdpr.simulation.exported_start import exported_start
 from cdpr.simulation.exported_winding import ExportedWinding
 from cdpr.simulation.needs import require
 from cdpr.tension.command import CommandStage
@@ -114,7 +115,12 @@ def _pipeline(
     if sensors:
         sensors.show(controller)
     stage: TensionStage | CommandStage
-    winding = ExportedWinding(scenario, lines, seen, measured) if takes_lengths(scenario.robot) else None
+    winding = None
+    if takes_lengths(scenario.robot):
+        _, lengths, start = exported_start(scenario)
+        assert lengths is not None
+        assert start is not None
+        winding = ExportedWinding(scenario, lines, seen, measured, start, lengths)
     if winding is not None and output == "winch":
         given = {**winding.arguments, "start": winding.start}
         stage = WinchStage(robot, scenario.solver.infeasible, live, cables, given)

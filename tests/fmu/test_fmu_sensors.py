@@ -15,6 +15,7 @@ from cdpr.base.errors import CdprError
 from cdpr.fmu.export import Plant
 from cdpr.scenario import Scenario
 from cdpr.simulation.exported import control_of
+from cdpr.simulation.exported_start import exported_start
 
 STEP = 0.002
 STEPS = 60
@@ -28,11 +29,12 @@ CELLS = {"type": "tension", "tension": {"noise": 0.5, "hysteresis": 0.01, "range
 IMU = {"type": "imu", "period": 3 * STEP, "turn_rate": NOISE, "force": NOISE}
 FIX = {"type": "receiver", "position": NOISE, "period": 5 * STEP, "jitter": 4 * STEP}
 SMALL = {"robot.winch.type": "torque", "robot.winch.drum_radius": 0.05, "robot.winch.inertia": 0.002}
+REST = {"initial.equilibrium": True}
 ELASTIC = {**SMALL, "robot.cable": {"model": "elastic", "axial_stiffness": 1e5, "damping": 100.0}}
-# Scenario and changes. The first two cover pose and twist without an estimator, and an estimator that reads the winches.
+# Scenario and changes. The first two cover pose and twist without an estimator, and one that reads the winches.
 CASES = {
     "measured": ("caroca", {"sensors": SENSORS}),
-    "winches": ("camera_robot", {"sensors": [ENCODERS, CELLS, IMU, FIX], "estimator.type": "ekf"}),
+    "winches": ("camera_robot", {**REST, "sensors": [ENCODERS, CELLS, IMU, FIX], "estimator.type": "ekf"}),
     "lengths": ("caroca", {"sensors": [ENCODERS]}),
     "kinematics": ("caroca", {"sensors": [ENCODERS], "estimator": {"type": "forward_kinematics", "filter_time": 0.01}}),
     "complementary": ("caroca", {"sensors": [ENCODERS, IMU], "estimator.type": "complementary"}),
@@ -51,7 +53,8 @@ def scenario(case: str = "measured", **more: object) -> Scenario:
 
 
 def exported(loaded: Scenario) -> Plant:
-    return replace(plant_of(loaded, loaded.simulation.physics_step), control=control_of(loaded))
+    plant = plant_of(loaded, loaded.simulation.physics_step)
+    return replace(plant, control=control_of(loaded), state=exported_start(loaded).state)
 
 
 def steps(driver: Driver, first: int, last: int, columns: list[str], start: float = 0.0) -> list[np.ndarray]:
@@ -131,5 +134,5 @@ def test_sensors_that_nothing_uses_are_left_out_and_reported():
 
 def test_sensors_of_winches_need_the_winches():
     plant = replace(exported(scenario("winches")), winches=False)
-    with pytest.raises(CdprError, match="sensors of the winches .* add --with-winch"):
+    with pytest.raises(CdprError, match=r"sensors of the winches .* add --with-winch"):
         plant.variables()

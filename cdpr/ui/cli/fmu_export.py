@@ -99,7 +99,9 @@ def command(
         require(loaded, use)
         for line in omitted(loaded, use):
             click.echo(f"{file}: left out: {line}", err=True)
-        robot, gravity, state = loaded.robot, loaded.gravity, loaded.initial.state()
+        from cdpr.simulation.exported_start import exported_start
+
+        robot, gravity, (state, unwound, _) = loaded.robot, loaded.gravity, exported_start(loaded)
         step = step or loaded.simulation.physics_step
         if only_winch and loaded.actuators is not None:
             robot = with_model(robot, ACTUATED)  # as the scenario itself exports them
@@ -144,11 +146,6 @@ def command(
             from cdpr.simulation.exported import loads_of
 
             loads = loads_of(loaded)
-        unwound = None
-        if isinstance(loaded, Scenario) and takes_lengths(robot) and not control:
-            from cdpr.simulation.exported_winding import holding_tensions, start_lengths
-
-            unwound = start_lengths(loaded, holding_tensions(loaded))
         model = Plant(robot, gravity, step, state, with_winch, control, loads, unwound)
     sha256 = write_fmu(model, int(fmi), out, source_only, force, platforms or (NATIVE,), NAME_OR_FORCE)
     if as_json:
