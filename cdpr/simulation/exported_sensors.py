@@ -175,7 +175,8 @@ class ExportedSensors:
     def unused(self) -> list[str]:
         """Names of the sensors that are left out, after `calls`."""
         known = {each.column.name for each in self._outputs}
-        return [each.title for each in self._scenario.sections.sensors if f"{each.title}_age" not in known]
+        measuring = [each for each in self._scenario.sections.sensors if each.quantities]  # cameras have none
+        return [each.title for each in measuring if f"{each.title}_age" not in known]
 
     def close(self) -> None:
         """Close the estimator; may be called again."""

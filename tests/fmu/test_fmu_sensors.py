@@ -108,6 +108,16 @@ def test_sensors_and_estimator_begin_at_any_start_time(case, tmp_path):
     assert np.allclose(*ends, rtol=0.0, atol=1e-9)  # the steps of the plant differ by the round-off of the time
 
 
+@pytest.mark.slow
+def test_gains_of_an_inner_loop_are_parameters(tmp_path):
+    gains = {"gain": [0.3] * 8, "integral_gain": [2.0] * 8, "integral_limit": [40.0] * 8, "kp": [90.0] * 6}
+    plant = exported(scenario("feedback"))
+    run = cdpr.simulate(scenario("feedback", **{f"controller.{name}": value for name, value in gains.items()}))
+    with Driver(write(plant, 3, tmp_path), {f"controller.{name}": value for name, value in gains.items()}) as driver:
+        assert np.array_equal(steps(driver, 0, STEPS, []), rows_of(run, []))
+    assert not np.array_equal(rows_of(cdpr.simulate(scenario("feedback")), []), rows_of(run, []))
+
+
 def test_measurements_and_estimates_are_outputs_with_units(tmp_path):
     plant = exported(scenario("winches"))
     described = fmpy.read_model_description(str(write(plant, 3, tmp_path)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from cdpr.base.columns import Column
 from cdpr.base.units import known_unit
@@ -83,15 +83,13 @@ class Control:
 
     def outputs(self) -> list[Variable]:
         """Return the outputs of sensors and estimator, in the units of a run's columns."""
-        return [
-            output(
-                column.name,
-                column.width or self.robot.m,
-                _unit_of_fmu(column.unit),
-                f"{column.text}, at the last control step; 0 before the first step",
-            )
-            for column in self.columns
-        ]
+        return [self._output(column) for column in self.columns]
+
+    def _output(self, column: Column) -> Variable:
+        size, text = column.width or self.robot.m, column.text[0].lower() + column.text[1:]
+        about = f"{text}, at the last control step; 0 before the first step"
+        found = output(column.name, size, _unit_of_fmu(column.unit), about)
+        return replace(found, shape=()) if column.width == 1 else found
 
     def parameters(self) -> list[Variable]:
         """Return the parameters: the controller's options and its step."""
@@ -100,7 +98,7 @@ class Control:
             for name, values in self.options.items()
         ]
         text = "time between decisions"
-        if prescribed(self.robot):  # their operations contain it
+        if prescribed(self.robot) or self.columns:  # operations of winches and sensors contain it
             return [*own, Variable("control_step", "constant", (), "s", (self.control_step,), text)]
         return [*own, parameter("control_step", (), "s", [self.control_step], text, False, least=0.0)]
 
