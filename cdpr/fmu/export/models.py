@@ -9,6 +9,7 @@ import numpy as np
 
 from cdpr.base.errors import CdprError
 from cdpr.cables import immediate, takes_lengths
+from cdpr.cables.motor import motor_table
 from cdpr.cables.tables import command_kinds
 from cdpr.fmu.export.control import Control
 from cdpr.fmu.export.loads import Load, load_variables
@@ -24,6 +25,7 @@ from cdpr.fmu.export.winch_variables import (
     all_stretch,
     command_names,
     command_variables,
+    has_motors,
     plant_outputs,
     prescribed,
     usual_tension,
@@ -131,6 +133,8 @@ class Plant(Model):
         add_lines(pipeline, self.robot)
         if self.winches:
             add_chains(pipeline, self.robot)
+            if has_motors(self.robot):
+                pipeline.add("motors", motor_table(self.robot), "constant")
         return pipeline
 
     def _platform(self) -> list[Variable]:

@@ -80,6 +80,7 @@ def command(
     from cdpr.log.files import NAME_OR_FORCE
     from cdpr.mechanics.kinematics import make_state
     from cdpr.mechanics.properties import home_pose
+    from cdpr.simulation.exported_start import exported_start
     from cdpr.simulation.needs import omitted, require, require_parts
 
     if with_winch and only_winch:
@@ -99,8 +100,6 @@ def command(
         require(loaded, use)
         for line in omitted(loaded, use):
             click.echo(f"{file}: left out: {line}", err=True)
-        from cdpr.simulation.exported_start import exported_start
-
         robot, gravity, (state, unwound, _) = loaded.robot, loaded.gravity, exported_start(loaded)
         step = step or loaded.simulation.physics_step
         if only_winch and loaded.actuators is not None:
@@ -110,7 +109,7 @@ def command(
         if any(brake_of(cable) is not None for cable in loaded.cables):
             click.echo(f"{file}: left out: robot.winch.brake_torque: {of_brake().plant_fmu.why}", err=True)
         pose, _ = home_pose(loaded)
-        robot, gravity, state = loaded, np.array(World().gravity), make_state(pose[:3], pose[3:])
+        robot, gravity, state, unwound = loaded, np.array(World().gravity), make_state(pose[:3], pose[3:]), None
     step = step or DEFAULT_STEP
     with_winch = with_winch or (takes_lengths(robot) and not (controller or only_winch))
     if not (controller or with_winch or only_winch or immediate(robot)):

@@ -1,6 +1,7 @@
 // Check of a configuration that was read: kinds of parts, and arrays and variables by name.
 // SPDX-License-Identifier: Apache-2.0
 #include <string.h>
+#include <cdpr/cables/motor.hpp>
 #include <cdpr/mechanics/plant.hpp>
 
 #include "model.h"
@@ -69,6 +70,7 @@ bool complete(Model& model, char* message) {
     const size_t m = model.cables;
     model.chains = find_array(model, "chains", size_t(cdpr::ChainRow<double>::WIDTH) * m);
     model.lines = find_array(model, "lines", m * model.width);
+    model.motors = find_array(model, "motors", size_t(cdpr::Motor::COUNT) * m);
     model.seen = find_array(model, "state", 13);
     model.desired = find_array(model, "desired", 19);
     model.decided = find_array(model, "tension", m);
@@ -107,6 +109,9 @@ bool complete(Model& model, char* message) {
                    model.field[CABLE_RATE] && model.field[UNILATERAL]))
         return broken(message, "missing", "variables of cables");
     if (!model.has_winches() && model.field[DRUM_SPEED]) return broken(message, "missing", "chains");
+    for (int i = MOTOR_CURRENT; model.motors && i <= ELECTRICAL_POWER; i++)
+        if (!model.field[i] || !model.field[MOTOR_TORQUE] || !model.field[DRUM_SPEED])
+            return broken(message, "missing", name_of(Name(i)));
     if ((model.field[BENDING_FORCE] != nullptr) != (model.field[BENDING_MOMENT] != nullptr))
         return broken(message, "missing", name_of(BENDING_MOMENT));
     return true;

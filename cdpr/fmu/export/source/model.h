@@ -45,6 +45,9 @@ enum Name {
     UNSTRETCHED_LENGTH,
     UNSTRETCHED_RATE,
     MOTOR_TORQUE,
+    MOTOR_CURRENT,
+    MOTOR_VOLTAGE,
+    ELECTRICAL_POWER,
     CABLE_WORK,
     BENDING_FORCE,
     BENDING_MOMENT,
@@ -135,6 +138,7 @@ struct Model {
     double* work;            // (work_count), scratch space
     double* field[NAMES];    // into `number`; nullptr for variables that the model does not have
     double *chains, *lines;  // arrays by name: chain.hpp and geometry.hpp
+    double* motors;          // likewise: motor.hpp
     double *seen, *desired, *decided,
         *report;  // of a controller: state (13), desired motion (19), tensions (m), report (4)
     double *unwound, *wound,

@@ -2,6 +2,7 @@
 #include "outputs.h"
 
 #include <string.h>
+#include <cdpr/cables/motor.hpp>
 #include <cdpr/mechanics/winches.hpp>
 
 namespace fmu {
@@ -53,6 +54,17 @@ static void publish_winches(Model& model, double* bending) {
         if (model.field[MOTOR_TORQUE])
             model.field[MOTOR_TORQUE][i] =
                 motor_torque(row.winch_kind(), ahead.motion(int64_t(i), ahead.tension_at_winch(int64_t(i)), present));
+    }
+    if (model.motors) {
+        cdpr::MotorReading reading = {model.motors,
+                                      model.field[MOTOR_TORQUE],
+                                      model.field[DRUM_SPEED],
+                                      model.field[MOTOR_CURRENT],
+                                      model.field[MOTOR_VOLTAGE],
+                                      model.field[ELECTRICAL_POWER],
+                                      1,
+                                      int64_t(m)};
+        cdpr::read_motors(reading);
     }
     for (size_t i = 0; i < m; i++) {
         const bool counts = is_stepper(model, i) && !model.fresh();
