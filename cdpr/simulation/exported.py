@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from typing import Any
 
 import numpy as np
@@ -50,8 +51,9 @@ def control_of(scenario: Scenario, use: str = "controller_fmu") -> Control:
     require(scenario, use)
     chosen = chosen_plugins(scenario)
     step, gravity = scenario.simulation.control_step, np.array(scenario.world.gravity)
-    controller = chosen["controller"].make(scenario.robot, gravity, step, scenario.controller_options)
-    try:
+    with ExitStack() as opened:
+        controller = chosen["controller"].make(scenario.robot, gravity, step, scenario.controller_options)
+        opened.callback(controller.close)
         if isinstance(controller, Controller):
             controller.use_sensors({sensor.title: sensor.nominal for sensor in scenario.sections.sensors})
         output = output_of(chosen["controller"], controller, commands_of(scenario.robot))
@@ -62,7 +64,7 @@ def control_of(scenario: Scenario, use: str = "controller_fmu") -> Control:
             names.append(scenario.solver.type)
         desired = np.zeros(19)
         scenario.desired.sampler(desired)(0.0)
-        pipeline, own, sensing = _pipeline(scenario, controller, output, solver, use)
+        pipeline, own, sensors = _pipeline(scenario, controller, output, solver, use, opened)
         tunable = controller.tunable()
         return Control(
             names=names,
@@ -72,11 +74,9 @@ def control_of(scenario: Scenario, use: str = "controller_fmu") -> Control:
             own=own,
             control_step=step,
             desired=desired,
-            columns=[each.column for each in sensing.outputs] if sensing else (),
-            unused=sensing.unused if sensing else (),
+            columns=[each.column for each in sensors.outputs] if sensors else (),
+            unused=sensors.unused if sensors else (),
         )
-    finally:
-        controller.close()
 
 
 def _check_controller(scenario: Scenario, controller: Controller, use: str) -> None:
@@ -101,13 +101,20 @@ def loads_of(scenario: Scenario) -> tuple[Load, ...]:
 
 
 def _pipeline(
-    scenario: Scenario, controller: Controller, output: Output, solver: TensionSolver | None, use: str
+    scenario: Scenario,
+    controller: Controller,
+    output: Output,
+    solver: TensionSolver | None,
+    use: str,
+    opened: ExitStack,
 ) -> tuple[ExportedPipeline, Mapping[str, Own], ExportedSensors | None]:
     """Return the pipeline of a control step, the operations that are not in the kernel library, and the sensors."""
     robot = scenario.controlled_robot
     state, desired, lines = np.zeros(13), np.zeros(19), line_table(robot)
     live, cables = Present.of(robot.m), Cables.of(robot)
     sensors = ExportedSensors(scenario, state, live, cables) if use == "controller_fmu" else None
+    if sensors:
+        opened.callback(sensors.close)
     seen, measured = (sensors.seen, sensors.seen_cables) if sensors else (state, np.zeros((2, robot.m)))
     own: dict[str, Own] = {}
     controller.connect(live.report)

@@ -98,6 +98,7 @@ class ExportedSensors:
             for column in part.columns
         }
         self.named: dict[str, Array] = {}
+        self._connected: list[LoopPart] = []
         self._outputs: list[Measured] = []
 
     def show(self, controller: Controller) -> None:
@@ -163,6 +164,7 @@ class ExportedSensors:
             about = scenario.robot, plant, scenario.simulation.control_step, self._view, self._layout.has, own
             cables = self._cables.held, self.sent, self._cables.limits, self.locked
             part.connect(Surroundings(*about, self._state, self.seen, self.seen_cables.reshape(2, -1), *cables))
+            self._connected.append(part)
             calls += [_call(part, each) for each in part.observed(scenario.simulation.control_step)]
         return calls
 
@@ -180,8 +182,8 @@ class ExportedSensors:
 
     def close(self) -> None:
         """Close the estimator; may be called again."""
-        for part in self._parts:
-            part.close()
+        while self._connected:
+            self._connected.pop().close()
 
 
 def _no_preview(times: ArrayLike) -> Array:
@@ -194,8 +196,8 @@ def _no_preview(times: ArrayLike) -> Array:
 def _call(part: LoopPart, operation: Operation) -> Call:
     if not hasattr(operation.do, "given"):
         raise CdprError(
-            f"the {operation.name} has no operation in the kernel library, so an exported FMU cannot contain the "
-            f"{part.title}: choose another"
+            f"the {operation.name} has no operation in the kernel library, so an exported FMU cannot contain it: "
+            f"choose another (--set {part.section or part.name}.type=NAME)"
         )
     return Call(operation.do, IGNORED if operation.refused is None else ESTIMATE)
 

@@ -13,9 +13,11 @@ from fmu.driver import Driver
 import cdpr
 from cdpr.base.errors import CdprError
 from cdpr.fmu.export import Plant
+from cdpr.plugins.registry import registry
 from cdpr.scenario import Scenario
 from cdpr.simulation.exported import control_of
 from cdpr.simulation.exported_start import exported_start
+from cdpr.simulation.needs import omitted
 
 STEP = 0.002
 STEPS = 60
@@ -140,6 +142,31 @@ def test_sensors_that_nothing_uses_are_left_out_and_reported():
     more = control_of(scenario(sensors=[*SENSORS, {"type": "receiver"}, {"type": "range"}]))
     assert (plain.unused, more.unused) == ([], ["receiver", "range"])
     assert more.pipeline.names == plain.pipeline.names
+
+
+class Still(cdpr.plugins.SnapshotOfArrays, cdpr.plugins.Estimator):
+    arrays, closed = (), 0
+
+    def close(self):
+        type(self).closed += 1
+
+    def estimate(self, time, out):
+        out[:] = 0.0
+        out[3] = 1.0
+
+
+def test_an_estimator_of_a_plugin_without_kernels_is_rejected():
+    plugins, name = registry().with_class("estimator", Still)
+    loaded = scenario("lengths").with_changes({"estimator": {"type": name}}, plugins=plugins)
+    with pytest.raises(CdprError, match=r"the estimator has no operation .* \(--set estimator.type=NAME\)"):
+        control_of(loaded)
+    assert Still.closed
+
+
+@pytest.mark.parametrize("use", ["plant_fmu", "bare_controller_fmu", "native"])
+def test_other_exports_report_sensors_and_estimator_once(use):
+    lines = [line.split(":")[0] for line in omitted(scenario("kinematics"), use)]
+    assert [line for line in lines if "sensor" in line or "estimat" in line] == ["sensors", "estimator"]
 
 
 def test_sensors_of_winches_need_the_winches():
