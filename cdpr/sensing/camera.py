@@ -32,7 +32,11 @@ class Camera(Pinhole):
         (640, 480)
     """
 
-    needs: ClassVar[Needs] = replace(of_sensor(), rollout=left_out(NO_IMAGES), threads=left_out(NO_IMAGES))
+    needs: ClassVar[Needs] = replace(
+        of_sensor(controller_fmu=left_out("images are not exported")),
+        rollout=left_out(NO_IMAGES),
+        threads=left_out(NO_IMAGES),
+    )
 
     type: Literal["camera"] = "camera"
     size: tuple[Annotated[int, Field(ge=1, le=LARGEST)], Annotated[int, Field(ge=1, le=LARGEST)]] = Field(

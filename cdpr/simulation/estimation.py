@@ -87,6 +87,7 @@ class Estimation(LoopPart):
     """
 
     name = "estimation"
+    section = "estimator"
     needs = of_estimator()
     writes = frozenset({"seen"})
     reads_commands = True
