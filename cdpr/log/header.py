@@ -62,6 +62,7 @@ class Header:
     spans: tuple[dict[str, Any] | None, ...] = ()  # spans of cables that sag, if any
     sensors: tuple[dict[str, Any], ...] = ()  # sections of the sensors, each with its name
     imaging: dict[str, Any] = field(default_factory=dict)  # obstacles that cameras show; empty without cameras
+    estimator: str = ""  # "" without one
     works: tuple[tuple[str, str], ...] = ()  # further sources of work, each with its column; "" if it is unknown
 
     def __repr__(self) -> str:
@@ -200,4 +201,5 @@ NEWER: dict[str, object] = {
     "spans": (),
     "sensors": (),
     "imaging": {},
+    "estimator": "",
 }

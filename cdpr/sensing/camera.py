@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, field_validator
 
 from cdpr.base.columns import Column
 from cdpr.base.fields import NonNegative, unit
@@ -15,7 +15,6 @@ from cdpr.sensing.pinhole import Pinhole
 from cdpr.sensing.sensor import LONGEST, Sources, Truth
 
 LARGEST = 4096  # px, width and height
-LONGEST_FOCAL = 1000  # times the size of the image: renderers hang or draw nothing with much narrower views
 NO_IMAGES = "renders no images"
 
 
@@ -33,7 +32,11 @@ class Camera(Pinhole):
         (640, 480)
     """
 
-    needs: ClassVar[Needs] = replace(of_sensor(), rollout=left_out(NO_IMAGES), threads=left_out(NO_IMAGES))
+    needs: ClassVar[Needs] = replace(
+        of_sensor(controller_fmu=left_out("images are not exported")),
+        rollout=left_out(NO_IMAGES),
+        threads=left_out(NO_IMAGES),
+    )
 
     type: Literal["camera"] = "camera"
     size: tuple[Annotated[int, Field(ge=1, le=LARGEST)], Annotated[int, Field(ge=1, le=LARGEST)]] = Field(
@@ -53,16 +56,6 @@ class Camera(Pinhole):
         description="radius of the spheres that show the markers of other sensors; 0: none",
         json_schema_extra=unit("m"),
     )
-
-    @model_validator(mode="after")
-    def _sees(self) -> Self:
-        most = tuple(LONGEST_FOCAL * each for each in self.size)
-        if any(focal > limit for focal, limit in zip(self.focal, most, strict=True)):
-            raise ValueError(
-                f"focal: expected at most {most[0]} px and {most[1]} px, {LONGEST_FOCAL} times the size of the image, "
-                f"got {self.focal[0]:g} and {self.focal[1]:g}: the image would show less than 0.06 degrees"
-            )
-        return self
 
     @field_validator("delay", "jitter", "dropout")
     @classmethod

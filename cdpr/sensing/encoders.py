@@ -9,7 +9,7 @@ import numpy as np
 from pydantic import Field
 
 from cdpr.base.columns import CABLES
-from cdpr.base.needs import Needs, no, of_sensor
+from cdpr.base.needs import Needs, of_sensor
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.sensing.errors import Errors
@@ -31,7 +31,7 @@ class Encoders(Sensor):
         0.0001
     """
 
-    needs: ClassVar[Needs] = of_sensor(controller_fmu=no("its controller would see the true lengths"))
+    needs: ClassVar[Needs] = of_sensor()
     quantities: ClassVar[tuple[Quantity, ...]] = (
         Quantity("length", CABLES, "m", "Unwound length of each cable"),
         Quantity("rate", CABLES, "m/s", "Rate of the unwound length of each cable"),

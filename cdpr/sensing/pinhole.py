@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
 import numpy as np
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
 from cdpr.base.fields import Position, Positive, unit
 from cdpr.model import rotations
@@ -18,6 +18,7 @@ from cdpr.sensing.sensor import Sensor
 DEPTH = 0.1  # of a drawn frustum, relative to the extent of the frame anchors
 UNIT = 1e-6  # of quaternions that are written with six digits
 LARGEST = 100_000  # px, width and height
+MOST = 1000  # times the size of the image, and its inverse: renderers and drawings fail with narrower and wider views
 
 
 class Pinhole(Sensor):
@@ -48,6 +49,27 @@ class Pinhole(Sensor):
         if not np.isclose(np.linalg.norm(value), 1.0, atol=UNIT):
             raise ValueError(f"expected a unit quaternion w, x, y, z, got one of norm {np.linalg.norm(value):.6g}")
         return value
+
+    @model_validator(mode="after")
+    def _sees(self) -> Self:
+        given = f"got {self.focal[0]:g} and {self.focal[1]:g}"
+        least, largest = [each / MOST for each in self.size], [float(each * MOST) for each in self.size]
+        if any(length > limit for length, limit in zip(self.focal, largest, strict=True)):
+            raise ValueError(
+                f"focal: expected at most {largest[0]:g} px and {largest[1]:g} px, {MOST} times the size of the image, "
+                f"{given}: the image would show less than 0.06 degrees"
+            )
+        if any(length < limit for length, limit in zip(self.focal, least, strict=True)):
+            raise ValueError(
+                f"focal: expected at least {least[0]:g} px and {least[1]:g} px, the size of the image / {MOST}, "
+                f"{given}: the image would show more than 179.7 degrees"
+            )
+        if self.center is not None and any(abs(x) > limit for x, limit in zip(self.center, largest, strict=True)):
+            raise ValueError(
+                f"center: expected at most {largest[0]:g} px and {largest[1]:g} px in size, {MOST} times the size of "
+                f"the image, got {self.center[0]:g} and {self.center[1]:g}"
+            )
+        return self
 
     @property
     def carried(self) -> bool:

@@ -8,7 +8,7 @@ from typing import ClassVar, Literal
 from pydantic import Field
 
 from cdpr.base.columns import WORLD
-from cdpr.base.needs import YES, Needs, of_sensor
+from cdpr.base.needs import Needs, of_sensor
 from cdpr.model.robot import Array
 from cdpr.sensing.errors import AttitudeErrors, Errors
 from cdpr.sensing.message import XYZW, Message, pose_covariance, quantity
@@ -25,7 +25,7 @@ class Pose(Sensor):
         0.001
     """
 
-    needs: ClassVar[Needs] = of_sensor(controller_fmu=YES)
+    needs: ClassVar[Needs] = of_sensor()
     quantities: ClassVar[tuple[Quantity, ...]] = (
         Quantity("position", 3, "m", "Platform origin", WORLD),
         Quantity("attitude", 4, "", "Attitude quaternion w, x, y, z", WORLD),

@@ -8,7 +8,7 @@ from typing import ClassVar, Literal
 from pydantic import Field
 
 from cdpr.base.columns import WORLD
-from cdpr.base.needs import YES, Needs, of_sensor
+from cdpr.base.needs import Needs, of_sensor
 from cdpr.model.robot import Array
 from cdpr.sensing.errors import Errors
 from cdpr.sensing.message import Message, pose_covariance, quantity
@@ -25,7 +25,7 @@ class Twist(Sensor):
         0.01
     """
 
-    needs: ClassVar[Needs] = of_sensor(controller_fmu=YES)
+    needs: ClassVar[Needs] = of_sensor()
     quantities: ClassVar[tuple[Quantity, ...]] = (
         Quantity("velocity", 3, "m/s", "Velocity of the origin", WORLD),
         Quantity("turn_rate", 3, "rad/s", "Angular velocity", WORLD),

@@ -79,6 +79,7 @@ def make_header(scenario: Scenario) -> Header:
         tool=scenario.trajectory.tool or "",
         believed=scenario.nominal_differences,
         imaging=imaging_of(scenario),
+        estimator="" if scenario.estimator is None else scenario.estimator.type,
         works=works_of(scenario),
         sensors=sensor_sections(scenario),
     )
