@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cdpr.base.columns import Column
+from cdpr.base.column import Column
 from cdpr.base.problems import printable
 from cdpr.log.layout import Layout, implied_columns
 from cdpr.model.robot import COMMANDED

@@ -17,7 +17,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import AfterValidator, Field
 
-from cdpr.base.columns import CABLES, Column
+from cdpr.base.column import CABLES, Column
 from cdpr.base.fields import Kind, NonNegative, unit
 from cdpr.base.needs import Needs, of_sensor
 from cdpr.model import Robot

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel
 
-from cdpr.base.columns import ESTIMATED, INNOVATION, UNCERTAINTY, Column
+from cdpr.base.column import Column
+from cdpr.base.columns import ESTIMATED, INNOVATION, UNCERTAINTY
 from cdpr.base.errors import PluginError
 from cdpr.base.needs import of_estimator
 from cdpr.cables import commands_of

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cdpr.base.columns import Column
+from cdpr.base.column import Column
 from cdpr.base.errors import CdprError
 from cdpr.fmu.export.control import PAID_OUT, PULLS
 from cdpr.log.layout import Layout

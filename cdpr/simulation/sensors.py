@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 
-from cdpr.base.columns import Column
+from cdpr.base.column import Column
 from cdpr.base.needs import of_sensor
 from cdpr.cables import chain_of
 from cdpr.model.robot import Array

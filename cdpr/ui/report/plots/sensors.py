@@ -6,8 +6,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from cdpr.base.columns import CABLES as ALL_CABLES
-from cdpr.base.columns import GROUPS, Column
+from cdpr.base.column import CABLES as ALL_CABLES
+from cdpr.base.column import Column
+from cdpr.base.columns import GROUPS
 from cdpr.log.consistency import band, estimate_errors
 from cdpr.log.run import Run
 from cdpr.log.summary import PIECE
