@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 import re
 from abc import abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Literal, Self
 
@@ -128,6 +128,11 @@ class Truth:
     write: Sequence[Operation] = ()
     arrays: Sequence[Array] = ()
     mount: Mount | None = None
+
+
+def measuring(sensors: Iterable[Sensor]) -> list[Sensor]:
+    """Return the sensors that measure in the loop; cameras, whose images are rendered outside it, do not."""
+    return [sensor for sensor in sensors if sensor.quantities]
 
 
 class Sensor(Kind):
