@@ -15,7 +15,7 @@ from functools import lru_cache
 from cdpr.base.problems import short_repr
 
 CABLES = 0  # width of a column with one number per cable
-WORLD = "world"
+WORLD, PLATFORM = "world", "platform"  # frames
 
 ARRAY = "std_msgs/Float64MultiArray"
 # Topics of a log with their messages, in the order of a chunk; any other topic is an ARRAY and follows.
@@ -367,7 +367,7 @@ GROUPS: dict[str, ColumnGroup] = {
     "estimated": ColumnGroup(ESTIMATED, "the scenario contains an `estimator`"),
     "uncertainty": ColumnGroup(UNCERTAINTY, "the scenario contains an `estimator` with a covariance"),
     "innovation": ColumnGroup(INNOVATION, "the scenario contains an `estimator` that compares with its predictions"),
-    "loaded": ColumnGroup(LOADED, "the scenario contains an event that changes the mass"),
+    "loaded": ColumnGroup(LOADED, "an event of the scenario changes the mass, without `log_energy: false`"),
 }
 
 

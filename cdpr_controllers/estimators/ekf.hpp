@@ -133,7 +133,7 @@ inline void use_measurements(const KalmanFilter& p, int64_t at) {
     }
 }
 
-// Filter the present control step. At time 0 the filter starts. Return BAD_INPUT if an estimate is not finite.
+// Filter the present control step. At time 0 the filter starts.
 inline int kalman_filter(KalmanFilter& p, double time) {
     if (!has_anchors<double>(p.platform.w) || p.h < FilteredStep::width(p.platform.m, p.n, p.k)) return BAD_INPUT;
     const int64_t now = time > 0.0 ? int64_t(*p.count) + 1 : 0;
@@ -147,7 +147,7 @@ inline int kalman_filter(KalmanFilter& p, double time) {
     const FilteredStep present = p.step(now);
     for (int j = 0; j < 13; j++) p.state[j] = present.state()[j];
     for (int j = 0; j < ERRORS * ERRORS; j += ERRORS) store(twelve(present.covariance() + j), p.covariance + j);
-    return all_finite(p.state, 13) ? 0 : int(BAD_INPUT);
+    return 0;
 }
 
 }  // namespace cdpr::CDPR_TARGET

@@ -132,7 +132,7 @@ def start_deviations(robot: Robot, options: Any) -> Array:
 
 
 def _check_used(used: Sequence[SensorModel], given: Sequence[Sensor]) -> None:
-    if any(each.sensor.type != "tension" for each in used):
+    if any(each.sensor.measurement != "tension" for each in used):
         return
     present = ", ".join(each.type for each in given) or "none"
     allowed = ", ".join(each for each in USED if each != "tension")
@@ -156,7 +156,7 @@ def _check_cables(robot: Robot, used: Sequence[SensorModel]) -> None:
             f"ekf: the cables of '{robot.name}' sag, but the filter has a model of straight cables only; set "
             "`believed` to a robot with another cable model, such as elastic"
         )
-    kinds = {each.sensor.type for each in used}
+    kinds = {each.sensor.measurement for each in used}
     unknown = [
         cable.name
         for cable, command in zip(robot.cables, commands_of(robot), strict=True)
@@ -171,5 +171,5 @@ def _check_cables(robot: Robot, used: Sequence[SensorModel]) -> None:
 
 def _cells(used: Sequence[Sensor], m: int, step: float, options: Any) -> tuple[Array, float] | None:
     """Return the standard deviations of measured tensions (m,), N, and their period, s; None without load cells."""
-    cells = [each for each in used if each.type == "tension"]
+    cells = [each for each in used if each.measurement == "tension"]
     return (deviations(cells[0], m, options.noise_floor), cells[0].period or step) if cells else None

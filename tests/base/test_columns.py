@@ -26,7 +26,7 @@ from cdpr.log.topics import run_topics
 from cdpr.plugins import Backend, Controller, PluginInfo, TensionSolver
 from cdpr.simulation.columns import CONDITIONS, columns_of
 from cdpr.tension import Status
-from cdpr.testing import check_controller
+from cdpr.testing import check_factory
 from cdpr.ui.cli import cli
 from cdpr.ui.report.pages.run import render
 
@@ -249,7 +249,7 @@ def test_missing_values_are_nan():
 
     run = cdpr.simulate(CAROCA, controller=Idle, overrides=SHORT)
     assert np.isnan(run["effort"]).all()
-    found = {result.id: result for result in check_controller(Idle, only=["columns_are_written"])}
+    found = {result.id: result for result in check_factory("controller", Idle, only=["columns_are_written"])}
     assert "column 'effort' is [nan, " in found["columns_are_written"].detail
 
 

@@ -168,3 +168,9 @@ def test_exact_sensors_give_the_true_state():
 def test_sensors_that_determine_nothing_are_rejected():
     with pytest.raises(CdprError, match="expected at least one of pose"):
         cdpr.simulate(ENCODERS_ONLY, overrides={"sensors": [{"type": "range", "direction": [0, 0, -1]}]})
+
+
+def test_a_filter_that_diverges_ends_the_run_as_diverged():
+    sensors = [ENCODERS, {"type": "imu", "turn_rate": {"gain": 1e12}}]
+    with pytest.raises(cdpr.Diverged, match=r"sees is not finite; .*'estimation': check their options"):
+        cdpr.simulate(ENCODERS_ONLY, overrides={"sensors": sensors, "simulation.duration": 0.05})
