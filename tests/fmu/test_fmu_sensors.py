@@ -169,6 +169,12 @@ def test_other_exports_report_sensors_and_estimator_once(use):
     assert [line for line in lines if "sensor" in line or "estimat" in line] == ["sensors", "estimator"]
 
 
+def test_a_sensor_with_the_name_of_a_variable_is_rejected():
+    plant = exported(scenario("lengths", sensors=[{**ENCODERS, "name": "cable"}]))
+    with pytest.raises(CdprError, match="column 'cable_length' has the name of another variable"):
+        plant.variables()
+
+
 def test_sensors_of_winches_need_the_winches():
     plant = replace(exported(scenario("winches")), winches=False)
     with pytest.raises(CdprError, match=r"sensors of the winches .* add --with-winch"):
