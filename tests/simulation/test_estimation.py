@@ -145,7 +145,8 @@ def test_nees_and_sigma_are_those_of_numpy():
     assert figures["nees"]["mean_per_value"] == pytest.approx(nees.mean() / 12, rel=ROUND_OFF)
     assert figures["nees"]["inside_95_percent"] == np.mean((nees >= low) & (nees <= high))
     assert figures["position_error_m"]["max"] == pytest.approx(np.linalg.norm(error[:, :3], axis=1).max(), rel=1e-12)
-    assert figures["nis"] == {"mean_per_value": 1.5, "inside_95_percent": 1.0}
+    last = {"last": 3.0, "last_values": 2.0}
+    assert figures["nis"] == {"mean_per_value": 1.5, "inside_95_percent": 1.0, **last}
 
 
 def test_measurements_are_fresh_when_they_arrive():
