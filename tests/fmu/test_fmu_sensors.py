@@ -7,6 +7,7 @@ from dataclasses import replace
 import fmpy
 import numpy as np
 import pytest
+from fmpy.validation import validate_fmu
 from fmu.cases import plant_of, write
 from fmu.driver import Driver
 
@@ -122,7 +123,9 @@ def test_gains_of_an_inner_loop_are_parameters(tmp_path):
 
 def test_measurements_and_estimates_are_outputs_with_units(tmp_path):
     plant = exported(scenario("winches"))
-    described = fmpy.read_model_description(str(write(plant, 3, tmp_path)))
+    path = str(write(plant, 3, tmp_path))
+    assert validate_fmu(path) == []
+    described = fmpy.read_model_description(path)
     about = {each.name: each for each in described.modelVariables}
     units = {
         "estimated_position": "m",
