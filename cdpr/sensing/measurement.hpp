@@ -83,7 +83,7 @@ inline int measure(Measurement& p, double time) {
     double& steps = p.count[0];
     double& sent = p.count[1];
     double& received = p.count[2];
-    const bool first = !(time > 0.0 && sent > 0.0);  // exported plants may start at another time
+    const bool first = !(time > 0.0);
     if (first) {
         for (int64_t i = 0; i < p.k; i++) p.walk[i] = 0.0;
         steps = sent = received = 0.0;

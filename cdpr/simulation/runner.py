@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -319,16 +320,22 @@ class Runner:
         ), error
 
     def _complete(self, name: str, part: Backend | Controller | LoopPart) -> list[Event]:
-        """Store the metadata of a part, and close a plugin; return a warning if it raises."""
-        try:
+        """Store the metadata of a part, and close a plugin; return warnings if it raises."""
+
+        def describe() -> None:
             if about := part.describe():
+                json.dumps(about, allow_nan=False)  # `run.json` will contain it
                 self._plugins[name] = about
-            part.close()
-        except KeyboardInterrupt:
-            raise
-        except BaseException as foreign:
-            return [Event(self._time, "warning", f"the {name} raised {one_line(foreign)} while closing")]
-        return []
+
+        found = []
+        for do in (describe, part.close):
+            try:
+                do()
+            except KeyboardInterrupt:
+                raise
+            except BaseException as foreign:
+                found.append(Event(self._time, "warning", f"the {name} raised {one_line(foreign)} while closing"))
+        return found
 
     def _closest(self, rows: Array | LogRows) -> Closest | None:
         """Return the smallest distances of cables to obstacles in all samples; None if cable diameters are unknown."""

@@ -23,7 +23,7 @@ from cdpr.base.problems import shown
 from cdpr.model.robot import Array, read_only
 from cdpr.native.arrays import MASKED, masked
 from cdpr.native.operations import LANES
-from cdpr.plugins import Backend, Controller, TensionSolver
+from cdpr.plugins import Backend, Controller, Estimator, TensionSolver
 from cdpr.scenario import Scenario
 from cdpr.scenario.events.commands import Kind
 from cdpr.scenario.loader import AnyScenario
@@ -32,7 +32,7 @@ from cdpr.simulation.branches import Snapshot
 from cdpr.simulation.live import ExclusiveAccess
 from cdpr.simulation.moment import Moment
 from cdpr.simulation.needs import require
-from cdpr.simulation.start import chosen_scenario
+from cdpr.simulation.start import Chosen, chosen_scenario
 
 
 class Batch:
@@ -51,6 +51,7 @@ class Batch:
         backend: backend by name or class, as for `simulate`.
         solver: tension solver, likewise.
         controller: controller, likewise.
+        estimator: estimator, likewise.
 
     Attributes:
         rows: (columns, lanes) rows of all lanes, columns as in `Run.rows`; live and read-only.
@@ -85,12 +86,13 @@ class Batch:
         backend: str | type[Backend] | None = None,
         solver: str | type[TensionSolver] | None = None,
         controller: str | type[Controller] | None = None,
+        estimator: str | type[Estimator] | None = None,
     ) -> None:
         n = check_count(lanes, "Batch: lanes")
-        chosen = {"backend": backend, "solver": solver, "controller": controller}
+        chosen: Chosen = {"backend": backend, "solver": solver, "controller": controller, "estimator": estimator}
         check_seed(seed, "Batch")
         values = {} if vary is None else values_of(vary, n, seed, overrides, chosen, "Batch")
-        base = chosen_scenario(scenario, backend, solver, controller, overrides)
+        base = chosen_scenario(scenario, chosen, overrides)
         check_repeatable(base, "a batch")
         require(base, "rollout")
         self._plan = plan = Plan(base, tuple(values), 0, ())
