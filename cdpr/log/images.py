@@ -131,7 +131,7 @@ class CameraImages:
 
 def cameras_of(header: Header) -> list[CameraImages]:
     """Return the cameras of a run, with which images are rendered; none without cameras."""
-    return [CameraImages(header, sensor) for sensor in header.measuring if isinstance(sensor, Camera)]
+    return [CameraImages(header, sensor) for sensor in header.sensor_objects if isinstance(sensor, Camera)]
 
 
 def images(run: Run, name: str | None = None) -> Iterator[tuple[float, Image]]:

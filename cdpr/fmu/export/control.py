@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from cdpr.base.columns import Column
+from cdpr.base.column import Column
 from cdpr.base.units import known_unit
 from cdpr.fmu.export.variables import Variable, entrance, output, parameter
 from cdpr.fmu.export.winch_variables import prescribed
