@@ -10,7 +10,7 @@ import numpy as np
 from pydantic import BaseModel
 
 from cdpr.base.columns import ESTIMATED, INNOVATION, UNCERTAINTY, Column
-from cdpr.base.errors import PluginError
+from cdpr.base.errors import CdprError, PluginError
 from cdpr.base.needs import of_estimator
 from cdpr.cables import commands_of
 from cdpr.model import Robot
@@ -50,6 +50,7 @@ def check_estimator(scenario: Scenario) -> None:
     """
     entry = estimator_of(scenario)
     if entry is not None:
+        _check_believed(entry, scenario)
         m = scenario.robot.m
         measuring = [sensor for sensor in scenario.sections.sensors if sensor.quantities]  # cameras have none
         sizes = [sum(each.values(m) for each in sensor.quantities) for sensor in measuring]
@@ -58,6 +59,20 @@ def check_estimator(scenario: Scenario) -> None:
             for sensor, size in zip(measuring, sizes, strict=True)
         ]
         _make(entry, scenario.nominal or scenario.robot, scenario, models).close()
+
+
+def _check_believed(entry: Registered, scenario: Scenario) -> None:
+    """Raise CdprError for believed errors that the estimator declares as unused."""
+    unused = entry.info.properties.get("unused_errors", ())
+    for i, sensor in enumerate(scenario.sections.sensors):
+        for quantity in sensor.quantities:
+            given = (sensor.believed or {}).get(quantity.key)
+            for key in given if isinstance(given, dict) else ():
+                if key in unused:  # type: ignore[operator]
+                    raise CdprError(
+                        f"sensors[{i}].believed.{quantity.key}.{key}: the estimator '{entry.info.name}' does not use it: "
+                        "remove this key; `noise` and `resolution` can contain the size of unknown errors"
+                    )
 
 
 def _make(entry: Registered, robot: Robot, scenario: Scenario, sensors: Sequence[SensorModel]) -> Estimator:
