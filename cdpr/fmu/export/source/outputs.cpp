@@ -27,7 +27,7 @@ static void publish_winches(Model& model, double* bending) {
     ahead.cable_work = s.cable_work;
     ahead.beside = s.beside;
     ahead.place = s.place;
-    plant_geometry(ahead);
+    place_cables(ahead, cdpr::RestingAnchors());
     cdpr::PlatformDynamics<double> dynamics;
     write_tensions(ahead, dynamics);
     copy(model.field[CABLE_TENSION], s.tension, m);
