@@ -67,8 +67,8 @@ template <class T> struct FrictionStep {
     T* highest;              // (m), N, largest size of each tension at the platform since the start
     T* last;                 // (2*m + 20), LastPull; NaN after a change of `lines`
     T* pulled;               // (m), work space: tensions at the platform, N
-    static constexpr auto fields = extended(ReferenceStep<T>::fields,
-                                            "both cable_work(1), both highest(m), both last(2*m + 20), work pulled(m)");
+    static constexpr auto fields =
+        extended(ReferenceStep<T>::fields, "both cable_work(1), both highest(m), both last(2*m + 20), work pulled(m)");
 
     CDPR_INLINE void observe(const T* tension) const {
         for (int64_t i = 0; i < plant.m; i++) {
@@ -182,8 +182,7 @@ template <class T> struct ExitTensions {
     T* last;           // (2*m + 20), LastPull
     int64_t m;
     int64_t w;
-    static constexpr char fields[] =
-        "lines(m, w >= 6), body(13), command(m), tension(m), last(2*m + 20), m, w";
+    static constexpr char fields[] = "lines(m, w >= 6), body(13), command(m), tension(m), last(2*m + 20), m, w";
 };
 
 template <class T> inline int exit_tensions(ExitTensions<T>& cables) {

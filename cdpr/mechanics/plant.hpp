@@ -61,7 +61,8 @@ template <class T> struct Plant {
     static constexpr char fields[] =
         "chains(m, 33), lines(m, w >= 6), offset(7), inertial(13), free(6), gravity(3), command(m), external(6), "
         "both body(13), both winch(s), both tension(m), both highest(m), both length(m), both cable_work(1), "
-        "both beside(6), both place(7), applied(6), both rate(m), both matrix(6, m), both at_winch(m), both runs(m, 10), "
+        "both beside(6), both place(7), applied(6), both rate(m), both matrix(6, m), both at_winch(m), both runs(m, "
+        "10), "
         "work light(m), work mass(m), work pulls(m), kinds(m, 3), places(m + 1), m, w, s, "
         "brakes(m), both seen(13)";
 
@@ -144,7 +145,6 @@ template <class T> struct PlantCable {
     Vector<T> u, moment;
     T rate;
     CableRun<T> run;
-
 };
 
 template <class T> CDPR_INLINE PlantCable<T> plant_cable(const Line<T>& cable, Vector<T> v, Vector<T> omega) {
@@ -152,7 +152,10 @@ template <class T> CDPR_INLINE PlantCable<T> plant_cable(const Line<T>& cable, V
     const Vector<T> l = cable.chord(exit.point);
     const T norm = length(l);
     const Vector<T> u = l / norm, moment = cross(cable.lever, u);
-    return {u, moment, -dot(u, v) - dot(moment, omega), {cable.lever, l, norm, exit.wrapped_length, exit.sine, exit.cosine}};
+    return {u,
+            moment,
+            -dot(u, v) - dot(moment, omega),
+            {cable.lever, l, norm, exit.wrapped_length, exit.sine, exit.cosine}};
 }
 
 // Write wrench matrix, lengths, rates and runs of eight cables on exits with friction.

@@ -48,11 +48,12 @@ template <class T> struct Exponential {
 
 // |x| <= 700. The polynomial is that of (exp(r) - 1 - r) / r^2 on |r| <= log(2) / 2; its error is below 4e-18 exp(r).
 template <class T> CDPR_INLINE Exponential<T> exponential_parts(T x) {
-    constexpr double PER_LOG = 1.4426950408889634;                                // 1 / log(2)
-    constexpr double LOG_HIGH = 0.6931471803691238, LOG_LOW = 1.9082149292705877e-10;  // log(2); 21 zero bits after HIGH
-    constexpr double C[10] = {0.5000000000000012,     0.166666666666667,      0.04166666666651607,
-                              0.00833333333330729,    0.0013888888946871224,  0.00019841269917225457,
-                              2.4801490074111658e-05, 2.755721642294146e-06,  2.7631237994406954e-07,
+    constexpr double PER_LOG = 1.4426950408889634;  // 1 / log(2)
+    constexpr double LOG_HIGH = 0.6931471803691238,
+                     LOG_LOW = 1.9082149292705877e-10;  // log(2); 21 zero bits after HIGH
+    constexpr double C[10] = {0.5000000000000012,     0.166666666666667,     0.04166666666651607,
+                              0.00833333333330729,    0.0013888888946871224, 0.00019841269917225457,
+                              2.4801490074111658e-05, 2.755721642294146e-06, 2.7631237994406954e-07,
                               2.5117827212453037e-08};
     const T shifted = PER_LOG * x + SHIFT, n = shifted - SHIFT;
     const T r = (x - LOG_HIGH * n) - LOG_LOW * n;
@@ -77,7 +78,7 @@ template <class T> CDPR_INLINE T hyperbolic_tangent(T x) {
 template <class T> CDPR_INLINE T angle_of_turn(T sine, T cosine) {
     constexpr double TANGENT = 0.41421356237309503, ROOT = 0.7071067811865476;  // of pi / 8; sqrt(1 / 2)
     constexpr double HALF = 1.5707963267948966, FULL = 3.141592653589793, MOST = 4.71238898038469, EIGHTH = HALF / 2.0;
-    constexpr double C[10] = {0.16666666666666105,  0.07500000000185741,  0.04464285693109738, 0.030381956354130574,
+    constexpr double C[10] = {0.16666666666666105,  0.07500000000185741,  0.04464285693109738,  0.030381956354130574,
                               0.0223717757214623,   0.017360358022653895, 0.013869436130545872, 0.012309553989657794,
                               0.006127904181515423, 0.01759041592122096};
     // The angle is that of the nearest axis, `about`, and a remainder of up to an eighth of a turn; of this, `small` is
