@@ -23,9 +23,7 @@ class FrictionReference(ReferenceBackend):
         super().__init__(robot, gravity, physics_step, options)
         self.highest, self._work = np.zeros(robot.m), np.zeros(1)
         self._last = np.full(2 * robot.m + 20, np.nan)  # pull at the last reading of the tensions
-        self.bind_steps(
-            "friction_step", **self._given, cable_work=self._work, highest=self.highest, last=self._last
-        )
+        self.bind_steps("friction_step", **self._given, cable_work=self._work, highest=self.highest, last=self._last)
         self.arrays = (*self.arrays, self.highest, self._work)
 
     def renew(self, robot: Robot) -> bool:

@@ -34,7 +34,7 @@ def pulled(lines, body):
 
 
 def wound(wrap, free):
-    """Anchors of pulleys on which a cable to the origin lies over these angles, with at most these free lengths (k,)."""
+    """Anchors of pulleys on which a cable to the origin lies over these angles, of at most these free lengths (k,)."""
     with np.errstate(divide="ignore"):
         axis = RADIUS * (1.0 - np.cos(wrap)) / -np.sin(wrap)  # free length up to the axis
     free = np.where(wrap > np.pi, np.minimum(free, 0.9 * axis), free)
@@ -44,7 +44,7 @@ def wound(wrap, free):
 
 
 def test_friction_at_all_angles_and_speeds():
-    """exp(mu beta tanh(speed / v0)) in the arithmetic of 64 bits, from the smallest angle to three quarters of a turn."""
+    """exp(mu beta tanh(speed / v0)) with 64 bits of mantissa, from the smallest angle to three quarters of a turn."""
     rng = np.random.default_rng(0)
     wrap = np.concatenate([np.geomspace(1e-6, 0.1, 2000), np.linspace(0.1, 1.49 * np.pi, 8000)])
     speed = rng.choice([-1.0, 1.0], len(wrap)) * np.geomspace(1e-9, 10.0, len(wrap))[rng.permutation(len(wrap))]

@@ -39,7 +39,13 @@ def rubbing(rng, count, m):
     step = {"lines": lines, "gravity": gravity, "command": command, **push}
     return [
         ("friction_step", step, moving, {"state": 13}, {"step": STEP, "steps": 2}),
-        ("exit_tensions", {"lines": lines, "body": body, "command": command}, {}, {"tension": m, "last": 2 * m + 20}, {}),
+        (
+            "exit_tensions",
+            {"lines": lines, "body": body, "command": command},
+            {},
+            {"tension": m, "last": 2 * m + 20},
+            {},
+        ),
     ]
 
 
