@@ -116,7 +116,7 @@ def moved(backend, model, read):
 @pytest.mark.parametrize("backend", ["reference", "mujoco"])
 @pytest.mark.parametrize("model", ["ideal", "rigid", "elastic"])
 def test_reading_the_tensions_changes_no_bit(backend, model):
-    """What a step takes from the last reading is what it would compute."""
+    """A step takes from the last reading what it would compute."""
     plain, read = moved(backend, model, read=False), moved(backend, model, read=True)
     assert np.isfinite(plain).all()
     np.testing.assert_array_equal(plain[:, :13], read[:, :13])
