@@ -75,6 +75,9 @@ struct KalmanFilter {
 
     CDPR_INLINE FilteredStep step(int64_t at) const { return {history + h * (at % slots), platform.m, n}; }
     CDPR_INLINE const int64_t* sensor(int64_t i) const { return sensors + SensorRow::WIDTH * i; }
+
+    // Return whether encoders are used one step later, when load cells have measured the tension that stretches cables.
+    CDPR_INLINE bool waits() const { return platform.noisy && platform.elastic; }
 };
 
 // Store the inputs of the present step, and the new measurements at the steps at which they were taken; return the
@@ -85,7 +88,7 @@ inline int64_t store_inputs(const KalmanFilter& p, int64_t now) {
     const FilteredStep before = p.step(now > 0 ? now - 1 : now);
     for (int64_t i = 0; i < p.platform.m; i++)
         present.tension()[i] = !p.platform.noisy ? p.command[i] : now > 0 ? before.tension()[i] : NOT_A_NUMBER;
-    int64_t first = now;
+    int64_t first = p.waits() && now > 1 ? now - 1 : now;
     for (int64_t i = 0; i < p.k; i++) {
         if (p.arrivals[2 * i] != 1.0) continue;
         const int64_t late = int64_t(smaller(p.arrivals[2 * i + 1] / p.platform.period + 0.5, double(p.slots)));
@@ -97,38 +100,47 @@ inline int64_t store_inputs(const KalmanFilter& p, int64_t now) {
         const bool tensions = row[SensorRow::KIND] == LOAD_CELLS && now - late > 0;  // none act before the start
         for (int64_t at = now - late; tensions && at <= now; at++)
             for (int64_t j = 0; j < p.platform.m; j++) p.step(at).tension()[j] = p.values[place + j];
-        first = now - late < first ? now - late : first;
+        const int64_t from = tensions && late + 1 < now ? now - late - 1 : now - late;  // the step that ends with them
+        first = from < first ? from : first;
     }
     return first;
 }
 
+// Return the tensions (m), N, that act at a step: load cells measure them one step later.
+CDPR_INLINE const double* acting_tension(const KalmanFilter& p, int64_t at, int64_t now) {
+    return p.step(p.platform.noisy && at < now ? at + 1 : at).tension();
+}
+
 // Write state and covariance of a step before its measurements.
-inline void begin_step(const KalmanFilter& p, int64_t at) {
+inline void begin_step(const KalmanFilter& p, int64_t at, int64_t now) {
     const FilteredStep present = p.step(at);
     if (at > 0) {
         const FilteredStep before = p.step(at - 1);
+        const double *const begin = present.tension(), *const end = acting_tension(p, at, now);
         double* const tension = p.platform.forces;
-        for (int64_t i = 0; i < p.platform.m; i++) tension[i] = present.tension()[i];
+        for (int64_t i = 0; i < p.platform.m; i++) tension[i] = 0.5 * (begin[i] + end[i]);
         advance_drums(p.platform, before.state(), before.stretch(), tension, present.stretch());
         predict(p.platform, before.state(), before.covariance(), tension, present.state(), present.covariance());
         if (p.platform.elastic)
-            write_stretch(p.platform, present.state(), present.tension(), before.stretch(), present.stretch());
+            write_stretch(p.platform, present.state(), begin, end, before.stretch(), present.stretch());
         return;
     }
-    for (int64_t i = 0; i < p.platform.m; i++) present.stretch().ratio[i] = present.stretch().rate[i] = NOT_A_NUMBER;
+    for (int64_t i = 0; i < p.platform.m; i++) present.stretch().ratio[i] = present.stretch().state[i] = NOT_A_NUMBER;
     for (int j = 0; j < 13; j++) present.state()[j] = p.start[j];
     for (int j = 0; j < ERRORS * ERRORS; j++) present.covariance()[j] = 0.0;
     for (int j = 0; j < ERRORS; j++) present.covariance()[(ERRORS + 1) * j] = p.deviation[j] * p.deviation[j];
 }
 
 // Use the measurements of a step.
-inline void use_measurements(const KalmanFilter& p, int64_t at) {
+inline void use_measurements(const KalmanFilter& p, int64_t at, int64_t now) {
     const FilteredStep present = p.step(at);
+    const double* const ratio = at > 0 ? present.stretch().ratio : nullptr;
     for (int64_t i = 0; i < p.k; i++) {
         if (present.use()[i] == NOT_MEASURED) continue;
+        if (p.waits() && at == now && at > 0 && p.sensor(i)[SensorRow::KIND] == ENCODERS) continue;
         Correction sum = {present.covariance()};
-        use_sensor(p.platform, p.sensor(i), present.state(), present.tension(), at > 0 ? present.stretch().ratio : nullptr,
-                   present.values(), p.deviations, p.settings, sum);
+        use_sensor(p.platform, p.sensor(i), present.state(), acting_tension(p, at, now), ratio, present.values(),
+                   p.deviations, p.settings, sum);
         sum.apply(present.state());
         if (present.use()[i] == ARRIVED && sum.count > 0) {
             p.innovation[0] = (p.innovation[1] > 0.0 ? p.innovation[0] : 0.0) + sum.square;
@@ -146,8 +158,8 @@ inline int kalman_filter(KalmanFilter& p, double time) {
     p.innovation[0] = NOT_A_NUMBER;
     p.innovation[1] = 0.0;
     for (int64_t at = store_inputs(p, now); at <= now; at++) {
-        begin_step(p, at);
-        use_measurements(p, at);
+        begin_step(p, at, now);
+        use_measurements(p, at, now);
     }
     const FilteredStep present = p.step(now);
     for (int j = 0; j < 13; j++) p.state[j] = present.state()[j];

@@ -8,7 +8,8 @@ namespace cdpr::CDPR_TARGET {
 // Stretch of a cable. It hardly depends on the pose, so it keeps its value while measurements correct the pose.
 struct CableStretch {
     double* ratio;  // length per unwound length; NaN before the first tension acts
-    double* rate;   // m/s, rate of the length minus that of the unwound length
+    double* state;  // on a drum with a state: rate of the length minus that of the unwound length, m/s; with load cells:
+                    // the length minus the unwound length, m
 };
 
 // Drum and span of a cable whose length changes at a constant rate.
@@ -57,18 +58,16 @@ struct StretchedCable {
         return total / SUBSTEPS;
     }
 
-    // Advance the stretch by a control period, s, under a measured tension, N, by the linearised backward Euler rule:
-    // the damping of a cable delays the stretch behind the tension. Cables without tension take the stretch at rest.
-    inline void follow_tension(double period, double measured, double& ratio) const {
-        const double unwound = length / ratio, held = tension(unwound, 0.0), damping = tension(unwound, 1.0) - held;
-        const double stiffness = (tension(unwound - LENGTH_STEP, 0.0) - held) / LENGTH_STEP;
-        const double resistance = damping + period * stiffness;
-        if (!(resistance > 0.0)) {
-            ratio = length / rest(chain.span_kind(), chain.span(), length, measured);
-            return;
-        }
-        const double more = period * (measured - held) / resistance;
-        ratio = length / (unwound - more);
+    // Return the stretch, m, a control period, s, after the given one, while the tension, N, changes evenly: the damping
+    // d of a cable delays the stretch behind the tension. That of a linear differential equation with the exponential
+    // exp(-h k / d) as 1 / (1 + x + x^2 / 2), x = h k / d. A slack cable takes the stretch at rest.
+    inline double follow_tension(double period, double begin, double end, double stretch) const {
+        const double unwound = length - stretch, held = tension(unwound, 0.0), d = tension(unwound, 1.0) - held;
+        const double stiffness = (tension(unwound - LENGTH_STEP, 0.0) - held) / LENGTH_STEP, hk = period * stiffness;
+        const double whole = d * d + d * hk + 0.5 * hk * hk;
+        if (!(stiffness > 0.0)) return length - rest(chain.span_kind(), chain.span(), length, end);
+        const double more = (d + 0.5 * hk) * hk * (begin - held) + 0.5 * (d + hk) * hk * (end - begin);
+        return stretch + more / (whole * stiffness);
     }
 };
 
@@ -86,10 +85,10 @@ inline void advance_drums(const FilteredPlatform& p, const double* state, CableS
         const bool starts = before.ratio[i] != before.ratio[i];  // at the first tension, with constant stretch
         double unwound = starts ? rest(chain.span_kind(), chain.span(), p.length[i], tension[i])
                                 : p.length[i] / before.ratio[i];
-        double speed = ((starts ? 0.0 : before.rate[i]) - p.rate[i]) / chain.per_turn(unwound);
+        double speed = ((starts ? 0.0 : before.state[i]) - p.rate[i]) / chain.per_turn(unwound);
         tension[i] = cable.advance_drum(p.period, unwound, speed);
         after.ratio[i] = unwound;
-        after.rate[i] = speed;
+        after.state[i] = speed;
     }
 }
 
@@ -102,31 +101,34 @@ inline double unwound_at(const FilteredPlatform& p, const double* state, double 
 }
 
 // Write the stretch of cables at a predicted state: that of their drums, that which follows a measured tension, or that
-// at rest under the tension of a winch that moves with its cable. `tension`: N, commands or measured.
-inline void write_stretch(const FilteredPlatform& p, const double* state, const double* tension, CableStretch before,
-                          CableStretch after) {
-    const bool driven = p.driven && tension[0] == tension[0];
+// at rest under the tension of a winch that moves with its cable. `begin` and `end` of the period: commands or measured
+// tensions, N.
+inline void write_stretch(const FilteredPlatform& p, const double* state, const double* begin, const double* end,
+                          CableStretch before, CableStretch after) {
+    const bool driven = p.driven && begin[0] == begin[0];
     Geometry<double> cables = {p.lines, state, p.matrix, p.length, p.rate, p.m, p.w};
     geometry(cables);
     for (int64_t i = 0; i < p.m; i++) {
         const ChainRow<double> chain = chain_row(p.chains, i);
         if (driven && on_drum(p, chain)) {
-            after.rate[i] = p.rate[i] + chain.per_turn(after.ratio[i]) * after.rate[i];
+            after.state[i] = p.rate[i] + chain.per_turn(after.ratio[i]) * after.state[i];
             after.ratio[i] = p.length[i] / after.ratio[i];
             continue;
         }
-        after.rate[i] = 0.0;
         after.ratio[i] = before.ratio[i];
+        after.state[i] = before.state[i];
         if (!driven || !chain.stretches()) continue;
-        if (p.noisy && has_stretch_state(chain) && before.ratio[i] == before.ratio[i]) {
+        if (p.noisy && has_stretch_state(chain) && before.state[i] == before.state[i]) {
             const StretchedCable cable = {chain, 0.0, p.length[i], p.rate[i]};
-            cable.follow_tension(p.period, tension[i], after.ratio[i]);
+            after.state[i] = cable.follow_tension(p.period, begin[i], end[i], before.state[i]);
+            after.ratio[i] = p.length[i] / (p.length[i] - after.state[i]);
             continue;
         }
         const double own[MOST_STATES] = {};
-        const double pull =
-            p.noisy ? tension[i] : chain.held(own, tension[i], p.length[i], p.rate[i], 0.0).tension;
-        after.ratio[i] = p.length[i] / unwound_at(p, state, pull, i);
+        const double pull = p.noisy ? end[i] : chain.held(own, end[i], p.length[i], p.rate[i], 0.0).tension;
+        const double unwound = unwound_at(p, state, pull, i);
+        after.state[i] = p.length[i] - unwound;
+        after.ratio[i] = p.length[i] / unwound;
     }
 }
 
