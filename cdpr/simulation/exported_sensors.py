@@ -54,7 +54,7 @@ class _Winches:
 
 
 class ExportedSensors:
-    """What the controller of an exported plant sees, and the operations before its law.
+    """Measurements and estimates that the controller of an exported plant sees.
 
     Noise, delays and losses have the bits of a run: they depend on the seed and the names of the sensors.
 

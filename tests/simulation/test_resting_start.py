@@ -137,13 +137,6 @@ def test_validate_names_the_key(tmp_path):
     assert f"s.yaml:{line}:16: initial.equilibrium: the first commands" in done.stderr
 
 
-def test_exports_of_plants_reject_it(tmp_path):
-    changes = ["--set", "initial.equilibrium=true"]
-    done = cdpr_here("fmu", "export", "hangprinter", *changes, "-o", "h.fmu", code=2, cwd=tmp_path)
-    assert "initial.equilibrium" in done.stderr
-    assert "an exported start is the given pose" in done.stderr
-
-
 def test_a_payload_from_the_start_belongs_to_the_rest():
     payload = {"type": "payload", "mass": 5.0, "time": 0.0}
     run = cdpr.simulate(SCENARIOS / "camera_robot.yaml", overrides={**HELD, "events": [payload]})
