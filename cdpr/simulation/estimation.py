@@ -147,8 +147,7 @@ class Estimation(LoopPart):
         time, start = np.zeros(1), np.zeros(13)
         command = view("winch_command") if surroundings.has("drums") else surroundings.sent
         known = read_only(time), read_only(start), read_only(command), tuple(commands_of(scenario.robot))
-        limits, locked = read_only(surroundings.limits), surroundings.locked.view()
-        locked.flags.writeable = False
+        limits, locked = read_only(surroundings.limits), read_only(surroundings.locked)
         estimator.connect(EstimatorInputs(*known, read_only(surroundings.sent), limits, locked))
         given = np.full(7, np.nan)
         if scenario.estimator is not None and (assumed := scenario.estimator.start) is not None:
