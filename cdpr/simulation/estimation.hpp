@@ -4,6 +4,7 @@
 #include <cdpr/cholesky.hpp>
 #include <cdpr/field.hpp>
 #include <cdpr/rotation.hpp>
+#include <cdpr/status.hpp>
 #include <cdpr/twelve.hpp>
 
 namespace cdpr::CDPR_TARGET {
@@ -39,16 +40,34 @@ inline int start_estimate(EstimateStart& p, double time) {
     return 0;
 }
 
+struct EstimatedAttitude {
+    const double* estimate;  // (13)
+    static constexpr char fields[] = "estimate(13)";
+};
+
+// Largest difference of a squared norm from 1: far above round-off.
+constexpr double NOT_UNIT = 1e-6;
+
+// Return BAD_INPUT if the quaternion of an estimate is finite, but has not the norm 1.
+inline int not_unit(EstimatedAttitude& p) {
+    const double* const q = p.estimate + 3;
+    const double apart = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - 1.0;
+    return apart > NOT_UNIT || apart < -NOT_UNIT ? int(BAD_INPUT) : 0;
+}
+
 struct EstimateError {
     const double* state;       // (13), true state
     const double* estimate;    // (13)
     const double* covariance;  // (12, 12), as `Estimator.covariance`
     double* sigma;             // (12), standard deviations
-    double* nees;              // (1), normalised estimation error squared; NaN if the covariance is singular
+    double* nees;              // (1), normalised estimation error squared; NaN if the covariance is none, or singular
     double* factor;            // (12, 12), work space
     static constexpr char fields[] =
         "state(13), estimate(13), covariance(12, 12), sigma(12), nees(1), work factor(12, 12)";
 };
+
+// Largest difference of two opposite entries of a covariance, as a share of the standard deviations: round-off.
+constexpr double ASYMMETRY = 1e-9;
 
 // Write standard deviations and e^T P^-1 e of the errors that have a variance: Bar-Shalom, Li, Kirubarajan, Estimation
 // with Applications to Tracking and Navigation (2001), eq. 5.4.2-2.
@@ -66,9 +85,14 @@ inline int judge_estimate(EstimateError& p) {
     bool some = false, regular = true;
     for (int k = 0; k < 12 && regular; k++) {  // eliminate one error after the other: L D L^T
         const double variance = p.covariance[13 * k], left = p.factor[13 * k];
+        for (int i = k; i < 12; i++) {
+            const double apart = p.covariance[12 * i + k] - p.covariance[12 * k + i];
+            const double most = ASYMMETRY * ASYMMETRY * variance * p.covariance[13 * i];
+            regular = regular && variance >= 0.0 && apart * apart <= most;
+        }
         if (!(variance > 0.0)) continue;
         some = true;
-        regular = left > SINGULAR * variance;
+        regular = regular && left > SINGULAR * variance;
         const double inverse = 1.0 / left;
         squares += error[k] * error[k] * inverse;
         const Twelve row = twelve(p.factor + 12 * k);

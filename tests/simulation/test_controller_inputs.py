@@ -16,7 +16,7 @@ from cdpr.plugins import Controller, SnapshotOfArrays
 from cdpr.plugins.controller import Tunable
 from cdpr.simulation.exported import control_of
 from cdpr.simulation.start import chosen_scenario
-from cdpr.testing import check_controller
+from cdpr.testing import check_factory
 from cdpr_controllers import ComputedTorqueOptions
 from cdpr_controllers.computed_torque import ComputedTorque
 
@@ -349,5 +349,5 @@ def test_options_in_scattered_elements_cannot_be_exported(monkeypatch):
 
 def test_the_kit_checks_them():
     checks = ["period_is_whole", "inputs_may_change", "reset_forgets", "snapshot_restores"]
-    results = check_controller(Predictive, properties=Predictive.properties, only=checks)
+    results = check_factory("controller", Predictive, properties=Predictive.properties, only=checks)
     assert {result.id: result.outcome for result in results} == dict.fromkeys(checks, "passed")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import ROOT
+from plants import installed
 from restarts import assert_restarts_give
 from scipy import stats
 from scipy.spatial.transform import Rotation
@@ -114,7 +115,7 @@ def test_rollouts_have_the_bits_of_single_runs(estimator):
         assert all(batch[name][i].tobytes() == np.ascontiguousarray(single[name]).tobytes() for name in columns)
 
 
-@pytest.mark.parametrize("backend", ["mujoco", "bullet", "dart"])
+@pytest.mark.parametrize("backend", installed("mujoco", "bullet", "dart"))
 def test_estimates_follow_the_truth_on_all_engines(backend):
     found = run("complementary", **{"simulation.backend": backend})
     assert found.status == "finished"
@@ -145,7 +146,7 @@ def test_nees_and_sigma_are_those_of_numpy():
     assert figures["nees"]["mean_per_value"] == pytest.approx(nees.mean() / 12, rel=ROUND_OFF)
     assert figures["nees"]["inside_95_percent"] == np.mean((nees >= low) & (nees <= high))
     assert figures["position_error_m"]["max"] == pytest.approx(np.linalg.norm(error[:, :3], axis=1).max(), rel=1e-12)
-    assert figures["nis"] == {"mean_per_value": 1.5, "inside_95_percent": 1.0}
+    assert figures["nis"] == {"mean_per_value": 1.5, "inside_95_percent": 1.0, "last": 3.0, "last_values": 2.0}
 
 
 def test_measurements_are_fresh_when_they_arrive():
@@ -197,6 +198,19 @@ def test_estimators_are_closed_and_described():
     before = Still.closed
     assert run(Still).status == "finished"
     assert Still.closed >= before + 2  # that of the check, and that of the loop
+
+
+@pytest.mark.parametrize("facts", [{"gain": np.zeros(3)}, {"gain": np.nan}])
+def test_facts_that_are_no_json_are_a_warning_and_the_run_is_kept(facts, tmp_path):
+    class Describing(Still):
+        def describe(self):
+            return facts
+
+    before = Still.closed
+    found = cdpr.simulate(loaded(Describing), out=tmp_path / "run")
+    assert next(event.text for event in found.events if "JSON" in event.text).startswith("the estimation raised ")
+    assert cdpr.load_run(tmp_path / "run").status == "finished"
+    assert Describing.closed >= before + 2
 
 
 @pytest.mark.parametrize(
@@ -254,6 +268,38 @@ def test_an_estimate_that_is_not_finite_ends_the_run():
 
     with pytest.raises(Diverged, match=r"t = 0.021 s: the state that .* sees is not finite; .*'estimation'"):
         run(Lost)
+
+
+@pytest.mark.parametrize("scale", [0.0, 1.001])
+def test_a_quaternion_without_the_norm_1_ends_the_run(scale):
+    class Grown(Still):
+        def estimate(self, time, out):
+            super().estimate(time, out)
+            out[3:7] *= scale if time > 0.02 else 1.0
+
+    with pytest.raises(
+        PluginError, match=r"t = 0.021 s: the estimator 'Grown' wrote the quaternion .*: expected the n"
+    ):
+        run(Grown)
+
+
+def _entry(i, j, value):
+    """Return a change of an entry of a covariance."""
+
+    def change(covariance):
+        covariance[i, j] = value
+
+    return change
+
+
+@pytest.mark.parametrize("change", [_entry(1, 0, 1e3), _entry(0, 1, 1e3), _entry(2, 2, -1e-9)])
+def test_a_matrix_that_is_no_covariance_has_no_nees(change):
+    class Lopsided(Still):
+        def estimate(self, time, out):
+            super().estimate(time, out)
+            change(self.covariance)
+
+    assert np.isnan(run(Lopsided)["nees"]).all()
 
 
 def test_a_pose_without_a_twist_suffices_for_an_estimator():

@@ -17,6 +17,7 @@ static constexpr cdpr_entry entries[] = {
     entry<Arrival, arrived>("arrived"),
     entry<EstimateStart, start_estimate>("start_estimate"),
     entry<EstimateError, judge_estimate>("judge_estimate"),
+    entry<EstimatedAttitude, not_unit>("not_unit"),
     entry<ExternalLoads, external_loads>("external_loads"),
     entry<Copy<double>, copy<double>>("copy"),
     entry<Stamp<double>, stamp<double>>("stamp"),
