@@ -24,6 +24,7 @@ struct Measurement {
     double* age;       // (1), s, time since they were taken
     double step;       // s, control period
     double dropout;    // probability that a measurement is lost
+    double limit;      // true value without an object to measure, which has no errors; may be infinite
     int64_t every;     // control steps from one measurement to the next
     int64_t delay;     // control steps
     int64_t jitter;    // control steps, largest additional delay
@@ -35,9 +36,8 @@ struct Measurement {
     int64_t w;
     static constexpr char fields[] =
         "truth(n), errors(k, 5), both stream(6), both walk(k), both previous(d), both pending(slots, w), both held(w), "
-        "both count(4), measured(n), age(1), step, dropout, every >= 1, delay >= 0, jitter >= 0, attitude >= 0, n, k, "
-        "d, "
-        "slots >= 1, w";
+        "both count(4), measured(n), age(1), step, dropout, limit, every >= 1, delay >= 0, jitter >= 0, attitude >= 0, "
+        "n, k, d, slots >= 1, w";
 };
 
 CDPR_INLINE double normal_number(double* stream) { return normal_quantile(next_uniform(stream)); }
@@ -59,7 +59,8 @@ inline void take(Measurement& p, double elapsed, double* values) {
     int64_t i = 0;
     for (int64_t j = 0; j < rates; j++) {
         if (j != p.attitude) {
-            values[j] = with_errors(p, i++, p.truth[j], elapsed);
+            const double value = with_errors(p, i++, p.truth[j], elapsed);
+            values[j] = p.truth[j] < p.limit ? value : p.truth[j];
             continue;
         }
         Vector<double> turn;  // in axes of the platform
@@ -83,7 +84,7 @@ inline int measure(Measurement& p, double time) {
     double& steps = p.count[0];
     double& sent = p.count[1];
     double& received = p.count[2];
-    const bool first = !(time > 0.0 && sent > 0.0);  // exported plants may start at another time
+    const bool first = !(time > 0.0);
     if (first) {
         for (int64_t i = 0; i < p.k; i++) p.walk[i] = 0.0;
         steps = sent = received = 0.0;

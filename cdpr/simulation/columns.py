@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from cdpr.base.columns import FIRST, GROUPS, Column, clash
+from cdpr.base.column import Column
+from cdpr.base.columns import FIRST, GROUPS, clash
 from cdpr.base.errors import CdprError, PluginError
 from cdpr.cables import bends, has_drums, has_steppers, rubs, takes_lengths
 from cdpr.cables.motor import is_electrical
@@ -16,7 +17,7 @@ from cdpr.model.robot import Array
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.registry import Registered, Role
 from cdpr.scenario import Scenario
-from cdpr.scenario.events import mass_changes
+from cdpr.scenario.events import logged_mass_changes
 from cdpr.simulation.loop_part import LoopPart, perceived_differs
 from cdpr.simulation.loop_parts import loop_parts
 
@@ -35,7 +36,7 @@ CONDITIONS: dict[str, Callable[[Scenario, Sequence[LoopPart]], bool]] = {
     "sagging": lambda scenario, parts: bends(scenario.robot),
     "later": lambda scenario, parts: True,
     "perceived": lambda scenario, parts: perceived_differs(scenario.nominal, parts),
-    "loaded": lambda scenario, parts: bool(mass_changes(scenario.events)),
+    "loaded": lambda scenario, parts: logged_mass_changes(scenario.events),
 }
 
 

@@ -65,7 +65,7 @@ def exact_sensors(scenario: Scenario) -> list[dict[str, Any]]:
     for sensor in seen_sensors(scenario).values():
         row: dict[str, Any] = {"type": sensor.type, "name": sensor.title}
         for quantity in sensor.quantities:
-            errors = getattr(sensor, quantity.key).to_dict()
+            errors = sensor.errors_of(quantity).to_dict()
             row[quantity.key] = {key: value for key, value in errors.items() if key in ("gain", "bias")}
         found.append(row)
     return found

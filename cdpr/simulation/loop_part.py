@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.base.columns import Column
+from cdpr.base.column import Column
 from cdpr.base.errors import PluginError
 from cdpr.base.needs import Needs, of_loop_part, of_moving_anchors
 from cdpr.mechanics.anchors import Anchors
@@ -68,6 +68,7 @@ class LoopPart:
 
     Attributes:
         name: name of the part in messages, in `run.json` and of its operations; unique in the loop.
+        section: key of its section in a scenario, if it differs from the name.
         columns: columns that it adds to a row: those of a group in `cdpr.base.columns.GROUPS`, for the documentation.
         arrays: its memory besides the streams, live.
         writes: "seen" or "seen_cables" or both, if operations of `observed` write these arrays of `Surroundings`.
@@ -82,7 +83,7 @@ class LoopPart:
 
     Example:
         >>> import numpy as np
-        >>> from cdpr.base.columns import Column
+        >>> from cdpr.base.column import Column
         >>> from cdpr.simulation.loop_part import LoopPart
         >>> from cdpr.tension.operations import Operation
         >>> class Travel(LoopPart):
@@ -99,6 +100,7 @@ class LoopPart:
     """
 
     name: str = ""
+    section: str = ""
     columns: tuple[Column, ...] = ()
     arrays: tuple[Array, ...] = ()
     writes: frozenset[str] = frozenset()

@@ -43,6 +43,7 @@ from cdpr.scenario.events.limit_changes import limit_changes
 from cdpr.simulation.build import build
 from cdpr.simulation.columns import chosen_plugins
 from cdpr.simulation.events import contact_events, limit_events, marks, scheduled_events, start_events, tension_events
+from cdpr.simulation.far_start import far_start_events
 from cdpr.simulation.loop import Loop
 from cdpr.simulation.loop_part import LoopPart
 from cdpr.simulation.parts import Parts
@@ -269,7 +270,10 @@ class Runner:
             events += slack.events(self.header.cables)
             lost = lost_steps(LostSteps(), self.header, np.asarray(rows)) if tally is None else tally.lost
             events += lost.events(self.header.cables)
-            events += start_events(np.asarray(rows[:1])[0], self.header, self.parts) if len(rows) else []
+            if len(rows):
+                first = np.asarray(rows[:1])[0]
+                events += start_events(first, self.header, self.parts)
+                events += far_start_events(self.scenario, first[self.header.layout.span("position", "orientation")])
             closest = self._closest(rows)
             if closest is not None:
                 least = closest.least

@@ -20,9 +20,10 @@ struct FilteredStep {
     CDPR_INLINE double* state() const { return row + STATE; }
     CDPR_INLINE double* covariance() const { return row + COVARIANCE; }
     CDPR_INLINE double* tension() const { return row + TENSION; }  // (m), N, that led to this step
-    CDPR_INLINE double* values() const { return tension() + m; }   // (n), of all sensors, taken at this step
+    CDPR_INLINE CableStretch stretch() const { return {tension() + m, tension() + 2 * m}; }  // (m) of each
+    CDPR_INLINE double* values() const { return tension() + 3 * m; }  // (n), of all sensors, taken at this step
     CDPR_INLINE double* use() const { return values() + n; }       // (k), a MeasurementUse of each sensor
-    static CDPR_INLINE int64_t width(int64_t m, int64_t n, int64_t k) { return TENSION + m + n + k; }
+    static CDPR_INLINE int64_t width(int64_t m, int64_t n, int64_t k) { return TENSION + 3 * m + n + k; }
 };
 
 // Measurement of one sensor, as it arrives.
@@ -108,9 +109,13 @@ inline void begin_step(const KalmanFilter& p, int64_t at) {
         const FilteredStep before = p.step(at - 1);
         double* const tension = p.platform.forces;
         for (int64_t i = 0; i < p.platform.m; i++) tension[i] = present.tension()[i];
+        advance_drums(p.platform, before.state(), before.stretch(), tension, present.stretch());
         predict(p.platform, before.state(), before.covariance(), tension, present.state(), present.covariance());
+        if (p.platform.elastic)
+            write_stretch(p.platform, present.state(), present.tension(), before.stretch(), present.stretch());
         return;
     }
+    for (int64_t i = 0; i < p.platform.m; i++) present.stretch().ratio[i] = present.stretch().rate[i] = NOT_A_NUMBER;
     for (int j = 0; j < 13; j++) present.state()[j] = p.start[j];
     for (int j = 0; j < ERRORS * ERRORS; j++) present.covariance()[j] = 0.0;
     for (int j = 0; j < ERRORS; j++) present.covariance()[(ERRORS + 1) * j] = p.deviation[j] * p.deviation[j];
@@ -122,8 +127,8 @@ inline void use_measurements(const KalmanFilter& p, int64_t at) {
     for (int64_t i = 0; i < p.k; i++) {
         if (present.use()[i] == NOT_MEASURED) continue;
         Correction sum = {present.covariance()};
-        use_sensor(p.platform, p.sensor(i), present.state(), present.tension(), at > 0, present.values(), p.deviations,
-                   p.settings, sum);
+        use_sensor(p.platform, p.sensor(i), present.state(), present.tension(), at > 0 ? present.stretch().ratio : nullptr,
+                   present.values(), p.deviations, p.settings, sum);
         sum.apply(present.state());
         if (present.use()[i] == ARRIVED && sum.count > 0) {
             p.innovation[0] = (p.innovation[1] > 0.0 ? p.innovation[0] : 0.0) + sum.square;

@@ -35,6 +35,8 @@ struct FilteredPlatform {
     double period;           // s, of control
     int64_t driven;          // 1: forced by tensions; 0: unknown tensions balance the weight
     int64_t rotates;         // 1: `inverse` applies; 0: guided, or drums with inertia, so M is factorised at each step
+    int64_t elastic;         // 1: a cable stretches
+    int64_t drums;           // 1: drums of cables that stretch have states; 0: they follow their cables at once
     int64_t noisy;           // 1: tensions are measured, with `spread`; NaN until the first measurement
     int64_t m;
     int64_t w;
@@ -42,7 +44,7 @@ struct FilteredPlatform {
         "lines(m, w >= 6), chains(m, 33), inertial(13), inverse(6, 6), gravity(3), free(6), noise(2, 2), spread(m), "
         "cells(m), "
         "work matrix(6, m), work length(m), work rate(m), work matrix_rate(6, m), work forces(m), period, driven, "
-        "rotates, noisy, m, w";
+        "rotates, elastic, drums, noisy, m, w";
 };
 
 // Dynamics at a state.
@@ -50,6 +52,7 @@ struct LinearisedMotion {
     double inverse[6][6];           // of the mass matrix; 0 in blocked directions
     double wrench_rate[6][ERRORS];  // derivatives of the wrench by the error state
     double acceleration[6];         // linear and angular
+    bool rubs;                      // the wrench depends on the velocities by friction of winches
 };
 
 CDPR_INLINE Vector<double> unit_vector(int j) { return {j == 0 ? 1.0 : 0.0, j == 1 ? 1.0 : 0.0, j == 2 ? 1.0 : 0.0}; }
@@ -136,10 +139,50 @@ inline void write_stiffness(const FilteredPlatform& p, const double* tension, Qu
     }
 }
 
-// Write the inverse mass matrix; replace the commands of winches with inertia, N, by the tensions of their cables at a
-// platform without acceleration.
-inline void write_inverse(const FilteredPlatform& p, bool driven, const double* state, const Vector<double>* axes,
-                          double* tension, LinearisedMotion& now) {
+// Return whether the filter has a state of the stretch of a cable; that of spans with states of their own is at rest.
+CDPR_INLINE bool has_stretch_state(ChainRow<double> chain) {
+    return chain.stretches() && span_states(chain.span_kind()) == 0;
+}
+
+constexpr double SPEED_STEP = 1e-3;  // rad/s, of numerical derivatives: far below speeds at which friction bends
+
+// Return the friction of a winch that moves with its cable, N s/m: the mean slope of the tension over rates with this
+// standard deviation, m/s, for Coulomb friction bends within it. Differences over sqrt(3) deviations: Norgaard, Poulsen,
+// Ravn, New developments in state estimation for nonlinear systems, Automatica 36 (2000), section 3.
+CDPR_INLINE double friction_slope(ChainRow<double> chain, double command, double length, double rate,
+                                  double deviation) {
+    const double own[MOST_STATES] = {}, least = SPEED_STEP * chain.per_turn(length);
+    if (!(least > 0.0)) return 0.0;  // no drum
+    const double step = hypotenuse(least, square_root(3.0) * deviation);
+    const double high = chain.held(own, command, length, rate + step, 0.0).tension;
+    const double low = chain.held(own, command, length, rate - step, 0.0).tension;
+    return larger((high - low) / (2.0 * step), 0.0);
+}
+
+// Return the standard deviation of the rate of cable i, m/s, with this covariance (12, 12) of the error state.
+CDPR_INLINE double rate_deviation(const FilteredPlatform& p, const double* covariance, int64_t i) {
+    const double* const P = covariance + (ERRORS + 1) * VELOCITY_ERROR;
+    double total = 0.0;
+    for (int j = 0; j < 6; j++)
+        for (int k = 0; k < 6; k++) total += p.matrix[j * p.m + i] * P[ERRORS * j + k] * p.matrix[k * p.m + i];
+    return square_root(larger(total, 0.0));
+}
+
+// Return whether a drum with a state of its own determines the tension of a cable.
+CDPR_INLINE bool on_drum(const FilteredPlatform& p, ChainRow<double> chain) {
+    return p.drums && has_stretch_state(chain);
+}
+
+// Rows of `matrix_rate` (m) that hold, after the use of W', a mass along each cable for the errors, kg, and the friction
+// of its winch, N s/m.
+CDPR_INLINE double* masses_of_errors(const FilteredPlatform& p) { return p.matrix_rate; }
+CDPR_INLINE double* friction_of_errors(const FilteredPlatform& p) { return p.matrix_rate + p.m; }
+
+// Write the inverse mass matrix; replace the commands of winches that move with their cables, N, by the tensions at a
+// platform without acceleration. Errors move drums at once, with an implicit step of the friction.
+inline void write_inverse(const FilteredPlatform& p, bool driven, const double* state, const double* covariance,
+                          const Vector<double>* axes, double* tension, LinearisedMotion& now) {
+    now.rubs = false;
     if (p.rotates) {
         const int blocks[3] = {0, 3, 21};  // of the upper half
         for (const int place : blocks) rotate_block(axes, p.inverse + place, 6, &now.inverse[0][0] + place);
@@ -151,12 +194,20 @@ inline void write_inverse(const FilteredPlatform& p, bool driven, const double* 
     if (driven) matrix_rate(moving);
     for (int64_t i = 0; i < p.m; i++) {
         const ChainRow<double> chain = chain_row(p.chains, i);
-        double own[MOST_STATES] = {}, later = 0.0;  // later: the acceleration of the length
+        double own[MOST_STATES] = {}, later = 0.0, slope = 0.0;  // later: the acceleration of the length
         WinchTension<double> found = {tension[i], 0.0};
         for (int j = 0; driven && j < 6; j++) later -= p.matrix_rate[j * p.m + i] * state[7 + j];
-        if (driven && !p.noisy) found = chain.held(own, tension[i], p.length[i], p.rate[i], later);
-        tension[i] = found.tension;
-        p.rate[i] = found.mass;
+        if (driven && !p.noisy) {
+            found = chain.held(own, tension[i], p.length[i], p.rate[i], later);
+            const double deviation = rate_deviation(p, covariance, i);
+            slope = friction_slope(chain, tension[i], p.length[i], p.rate[i], deviation);
+        }
+        const bool turns = on_drum(p, chain);
+        if (!turns) tension[i] = found.tension;
+        p.rate[i] = turns ? 0.0 : found.mass;
+        masses_of_errors(p)[i] = found.mass + p.period * slope;
+        friction_of_errors(p)[i] = slope;
+        now.rubs = now.rubs || slope > 0.0;
     }
     invert_mass_matrix(p, quaternion(state + 3), p.rate, now);
 }
@@ -192,26 +243,35 @@ inline void write_wrench(const FilteredPlatform& p, const double* state, const V
         const double column[6] = {force.x, force.y, force.z, moment.x, moment.y, moment.z};
         for (int j = 0; j < 6; j++) now.wrench_rate[j][SPIN_ERROR + k] = column[j];
     }
+    for (int64_t i = 0; now.rubs && i < p.m; i++) {
+        const double slope = friction_of_errors(p)[i];
+        for (int j = 0; j < 6; j++)
+            for (int k = 0; k < 6; k++)
+                now.wrench_rate[j][VELOCITY_ERROR + k] -= slope * p.matrix[j * p.m + i] * p.matrix[k * p.m + i];
+    }
 }
 
 // Write the accelerations at a state with these tensions, N, and the derivatives of the wrench.
-inline void linearise_motion(const FilteredPlatform& p, bool driven, const double* state, const Vector<double>* axes,
-                             double* tension, LinearisedMotion& now) {
+inline void linearise_motion(const FilteredPlatform& p, bool driven, const double* state, const double* covariance,
+                             const Vector<double>* axes, double* tension, LinearisedMotion& now) {
     Geometry<double> cables = {p.lines, state, p.matrix, p.length, p.rate, p.m, p.w};
     geometry(cables);
-    write_inverse(p, driven, state, axes, tension, now);
+    write_inverse(p, driven, state, covariance, axes, tension, now);
     double wrench[6] = {};
     if (driven) write_wrench(p, state, axes, tension, wrench, now);
     for (int j = 0; j < 6; j++) {
         for (int k = 0; !driven && k < ERRORS; k++) now.wrench_rate[j][k] = 0.0;
         now.acceleration[j] = sum(0.0, 0, 6, [&](int64_t k) { return now.inverse[j][k] * wrench[k]; });
     }
+    if (driven && (now.rubs || (p.drums && !p.rotates)))
+        invert_mass_matrix(p, quaternion(state + 3), masses_of_errors(p), now);
 }
 
 // Change of the velocity errors in a step, per error state, and covariance of its noise with the error state.
 struct ErrorMotion {
     double change[6][ERRORS];
     Twelve noise[6];
+    bool rubs;
 };
 
 CDPR_INLINE Twelve weighted(const double* weights, const Twelve* rows) {
@@ -225,6 +285,7 @@ CDPR_INLINE Twelve weighted(const double* weights, const Twelve* rows) {
 inline void write_error_motion(const FilteredPlatform& p, bool driven, const Vector<double>* axes,
                                const LinearisedMotion& now, ErrorMotion& step) {
     const double h = p.period;
+    step.rubs = now.rubs;
     Twelve rates[6], effects[6];
     for (int i = 0; i < 6; i++) {
         const double* const row = now.inverse[i];  // the effects of a wrench: the matrix is symmetric
@@ -260,6 +321,7 @@ inline void transition(const Twelve* X, const ErrorMotion& step, const Vector<do
         Twelve row = X[VELOCITY_ERROR + j];
         if (noisy) row = row + step.noise[j];
         for (int i = 0; i < VELOCITY_ERROR; i++) row = row + step.change[j][i] * X[i];
+        for (int i = VELOCITY_ERROR; step.rubs && i < SPIN_ERROR; i++) row = row + step.change[j][i] * X[i];
         for (int i = SPIN_ERROR; i < ERRORS; i++) row = row + step.change[j][i] * X[i];
         Y[VELOCITY_ERROR + j] = row;
     }
@@ -303,7 +365,7 @@ inline void predict(const FilteredPlatform& p, const double* before, const doubl
     const Quaternion<double> q = quaternion(middle + 3);
     const Vector<double> axes[3] = {rotate(q, unit_vector(0)), rotate(q, unit_vector(1)), rotate(q, unit_vector(2))};
     LinearisedMotion now;
-    linearise_motion(p, driven, middle, axes, tension, now);
+    linearise_motion(p, driven, middle, covariance, axes, tension, now);
     ErrorMotion step;
     write_error_motion(p, driven, axes, now, step);
     double* const a = now.acceleration;

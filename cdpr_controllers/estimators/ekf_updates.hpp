@@ -5,7 +5,7 @@
 #pragma once
 
 #include <cdpr/sensing/markers.hpp>
-#include <cdpr_controllers/estimators/ekf_prediction.hpp>
+#include <cdpr_controllers/estimators/ekf_stretch.hpp>
 
 namespace cdpr::CDPR_TARGET {
 
@@ -82,37 +82,27 @@ struct Correction {
     }
 };
 
-// Return the tension, N, that stretches a cable: its command without the friction of its winch, which moves with it.
-inline double stretching_tension(const FilteredPlatform& p, ChainRow<double> chain, double tension, int64_t i) {
-    const double own[MOST_STATES] = {};
-    if (!p.driven || p.noisy) return tension;
-    return chain.held(own, tension, p.length[i], p.rate[i], 0.0).tension;
-}
+// Measured tensions up to this multiple of their standard deviation may be those of slack cables.
+constexpr double SLACK = 3.0;
 
-// Return the unwound length of cable i, m, at rest with a tension, N, at a pose for which `geometry` has been called.
-inline double unwound_at(const FilteredPlatform& p, const double* state, double tension, int64_t i) {
-    const ChainRow<double> chain = chain_row(p.chains, i);
-    const Line<double> cable = line(p.lines, p.w, i, vector(state), quaternion(state + 3));
-    const BentSpan<double> span = cable.span(cable.lead(), chain.span(), vector(p.gravity));
-    return unwound_length(chain, span, p.length[i], tension);
-}
-
-// Use measured unwound lengths: those of the cables, of cables that stretch the unstretched lengths at rest with these
-// tensions, N, which change in proportion. `stretched`: false at the start, where encoders measure the lengths.
-inline void use_encoders(const FilteredPlatform& p, const double* state, const double* tension, bool stretched,
+// Use measured unwound lengths, with these lengths per unwound length; null at the start, where encoders measure the
+// lengths of the cables. The unwound lengths of slack cables are not known from their tensions, N.
+inline void use_encoders(const FilteredPlatform& p, const double* state, const double* tension, const double* ratio,
                          const double* measured, const double* deviation, Correction& sum) {
     const int64_t m = p.m;
     const Quaternion<double> back = conjugate(quaternion(state + 3));
     Geometry<double> cables = {p.lines, state, p.matrix, p.length, p.rate, p.m, p.w};
     geometry(cables);
     for (int64_t i = 0; i < m; i++) {
-        const ChainRow<double> chain = chain_row(p.chains, i);
         double unwound = p.length[i], noise = deviation[i];
-        if (stretched && chain.stretches()) {
-            if (tension[i] != tension[i]) continue;  // not yet measured
-            const double pull = stretching_tension(p, chain, tension[i], i);
-            unwound = unwound_at(p, state, pull, i);
-            if (p.noisy) noise = hypotenuse(noise, unwound_at(p, state, pull + p.cells[i], i) - unwound);
+        if (ratio != nullptr && chain_row(p.chains, i).stretches()) {
+            if (ratio[i] != ratio[i]) continue;  // no tension has been measured yet
+            if (p.noisy && tension[i] <= SLACK * p.cells[i]) continue;
+            unwound /= ratio[i];
+            if (p.noisy) {
+                const double rest = unwound_at(p, state, tension[i], i);
+                noise = hypotenuse(noise, unwound_at(p, state, tension[i] + p.cells[i], i) - rest);
+            }
         }
         const double share = -unwound / p.length[i];  // motion along the pull shortens a cable
         const Vector<double> u = {p.matrix[i], p.matrix[m + i], p.matrix[2 * m + i]};
@@ -177,7 +167,7 @@ inline void use_markers(const double* state, const double* settings, int64_t k, 
 
 // Use the measurement of a sensor.
 inline void use_sensor(const FilteredPlatform& p, const int64_t* row, const double* state, const double* tension,
-                       bool stretched, const double* values, const double* deviations, const double* settings,
+                       const double* ratio, const double* values, const double* deviations, const double* settings,
                        Correction& sum) {
     const double *measured = values + row[SensorRow::VALUES], *deviation = deviations + row[SensorRow::DEVIATIONS];
     const double* own = settings + row[SensorRow::SETTINGS];
@@ -192,7 +182,7 @@ inline void use_sensor(const FilteredPlatform& p, const int64_t* row, const doub
             sum.use_direct<SPIN_ERROR>(vector(measured + 3) - vector(state + 10), deviation + 3);
             break;
         case ENCODERS:
-            use_encoders(p, state, tension, stretched, measured, deviation, sum);
+            use_encoders(p, state, tension, ratio, measured, deviation, sum);
             break;
         case RECEIVER:
             use_receiver(state, own, measured, deviation, sum);

@@ -6,12 +6,14 @@ import numpy as np
 import pytest
 from conftest import ROOT
 from filtered_robots import GRAVITY, STEP, errors
+from plants import installed
 from restarts import assert_restarts_give
 
 import cdpr
 from cdpr.base.errors import CdprError
 from cdpr.plugins import EstimatorInputs, SensorModel
 from cdpr_controllers.estimators.ekf import Ekf
+from cdpr_controllers.estimators.ekf_stretch import drums_are_resolved
 
 SCENARIOS = ROOT / "scenarios"
 ENCODERS_ONLY = str(SCENARIOS / "encoders_only.yaml")
@@ -66,7 +68,7 @@ def test_restarts_repeat_the_filter():
     assert_restarts_give(cdpr.simulate(scenario).rows.tobytes(), scenario, {})
 
 
-@pytest.mark.parametrize("backend", ["reference", "mujoco"])
+@pytest.mark.parametrize("backend", installed("reference", "mujoco"))
 def test_the_estimate_depends_on_measurements_and_commands_alone(backend):
     """A filter outside of the loop has the same bits from what the log contains."""
     pose = {"type": "pose", "delay": 0.004, "jitter": 0.002, "period": 0.003, "position": {"noise": 1e-3}}
@@ -144,6 +146,37 @@ def test_load_cells_force_robots_whose_winches_take_lengths():
         assert rms(error_of(found[name])[300:, :3]) < 2e-3
         assert found[name]["nees"][300:].mean() < 8.0  # 6 of a consistent filter
     assert rms(error_of(found["with"])[300:, 6:9]) < 0.2 * rms(error_of(found["without"])[300:, 6:9])
+
+
+def test_drums_with_inertia_and_friction_are_in_the_model():
+    about = {"sensors": [ENCODERS], "estimator": {"type": "ekf"}, "simulation.duration": 1.0}
+    found = cdpr.simulate(str(SCENARIOS / "winch.yaml"), overrides=about)
+    assert found["nees"].mean() < 12.0  # of a consistent filter; 66 with drums that follow at once
+    assert np.nansum(found["nis"]) / found["nis_size"].sum() == pytest.approx(1.0, abs=0.05)  # 8000 values: 0.016
+    assert rms(error_of(found)[:, :3]) < 2.5e-4
+
+
+def test_drums_on_stiff_cables_follow_at_once():
+    robot = cdpr.load_robot(SCENARIOS / "robots" / "caroca_winches.yaml")
+    assert drums_are_resolved(robot, STEP)
+    stiffness = robot.cables[0].axial_stiffness / 4.2  # N/m, of cables of about 4.2 m
+    near = 1.0 / np.sqrt(8.0 / 3.0 * stiffness / 150.0)  # s, if they point in all directions alike
+    assert not drums_are_resolved(robot, 2.0 * near)
+    assert not drums_are_resolved(cdpr.load_robot(SCENARIOS / "robots" / "caroca.yaml"), STEP)
+    about = {"sensors": [ENCODERS], "estimator": {"type": "ekf"}, "simulation.duration": 0.4}
+    stiff = {"robot.cable.axial_stiffness": 1e8, "robot.cable.damping": 1e4, "simulation.physics_step": 2e-5}
+    found = cdpr.simulate(str(SCENARIOS / "winch.yaml"), overrides={**about, **stiff})
+    assert found["nees"].mean() < 12.0
+
+
+@pytest.mark.parametrize("damping", [0.0, 20.0])
+def test_load_cells_give_the_stretch_of_soft_lines(damping):
+    """The platform drops by a decimetre: the damping of the lines carries up to 10 N, 15 mm of stretch."""
+    cells = {"type": "tension", "tension": {"noise": 1.0}}
+    about = {"sensors": [ENCODERS, cells], "estimator": {"type": "ekf"}, "simulation.duration": 1.0}
+    found = cdpr.simulate(str(SCENARIOS / "camera_robot.yaml"), overrides={**about, "robot.cable.damping": damping})
+    assert np.abs(error_of(found)[:, :3]).max() < 3e-3
+    assert found["nees"].mean() < 9.0  # 6 of a consistent filter
 
 
 @pytest.mark.parametrize(
