@@ -47,7 +47,7 @@ def _scheme(scenario: Scenario) -> object:
 def held_scenario(scenario: Scenario, pose: Array) -> Scenario:
     """Return the scenario at rest at a pose, on the reference."""
     nonlinear = (part.nonlinear for part in loop_parts(scenario) if part.nonlinear)
-    if reason := unknown_part(scenario) or next(nonlinear, ""):
+    if reason := unknown_part(scenario) or next(nonlinear, "") or _unknown_measurements(scenario):
         raise NotLinearisedError(reason)
     rest = {"position": pose[:3].tolist(), "orientation": {"quaternion": pose[3:].tolist()}}
     changes: dict[str, Any] = {"trajectory": {"type": "hold"}, "initial": rest, "simulation.backend": BACKEND}
@@ -57,6 +57,14 @@ def held_scenario(scenario: Scenario, pose: Array) -> Scenario:
     if scenario.sections.sensors:
         changes["sensors"] = exact_sensors(scenario)
     return scenario.with_changes(changes | small_steps(scenario))
+
+
+def _unknown_measurements(scenario: Scenario) -> str:
+    """Return the reason why the measurements that a controller needs have no linearisation; "" if it needs none."""
+    controller = chosen_plugins(scenario)["controller"]
+    declared = controller.properties(scenario.controller_options).get("sensors", ())  # type: ignore[arg-type]
+    kinds = ", ".join(declared) if isinstance(declared, tuple) else ""
+    return f"the controller '{controller.info.name}' uses the sensor {kinds}, which is not linearised" if kinds else ""
 
 
 def exact_sensors(scenario: Scenario) -> list[dict[str, Any]]:
