@@ -70,8 +70,8 @@ def _check_believed(entry: Registered, scenario: Scenario) -> None:
             for key in given if isinstance(given, dict) else ():
                 if key in unused:  # type: ignore[operator]
                     raise CdprError(
-                        f"sensors[{i}].believed.{quantity.key}.{key}: the estimator '{entry.info.name}' does not use it: "
-                        "remove this key; `noise` and `resolution` can contain the size of unknown errors"
+                        f"sensors[{i}].believed.{quantity.key}.{key}: the estimator '{entry.info.name}' does not use "
+                        "it: remove this key; `noise` and `resolution` can contain the size of unknown errors"
                     )
 
 
