@@ -32,14 +32,15 @@ def exported_sensors(scenario: Scenario, state: Array) -> tuple[Array, list[Call
     if not found:
         return state, []
     seen = np.zeros(13)
-    calls = [Call(bind("copy", source=state, target=seen))]
+    time = np.zeros(1)
+    calls = [Call(bind("stamp", row=time)), Call(bind("copy", source=state, target=seen))]
     sources = Sources(robot, state, scenario.gravity, step, (), _no_view, lambda _: False, lambda *_: ())
     for used, sensor in found.items():
         truth = sensor.truth(sources)
         calls += [Call(each.do) for each in truth.write]
         settings, memory = kernel_arguments(sensor, robot.m, step)
         stream = Stream(scenario.simulation.seed, stream_name(sensor))
-        given = {"truth": truth.values, "stream": stream.state, "measured": np.zeros(len(truth.values))}
+        given = {"truth": truth.values, "stream": stream.state, "time": time, "measured": np.zeros(len(truth.values))}
         calls.append(Call(bind("measure", **given, age=np.zeros(1), **settings, **memory)))
         calls.append(Call(bind("copy", source=given["measured"], target=seen[SEEN[used]])))
     return seen, calls

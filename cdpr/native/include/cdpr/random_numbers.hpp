@@ -22,9 +22,9 @@ template <class T> CDPR_INLINE T rounded(T x) {
 constexpr double MANY = 1e15;
 
 // Return the nearest multiple of a step; the value itself where it has too many steps.
-inline double nearest_multiple(double value, double step) {
-    const double steps = value / step;
-    return steps < MANY && steps > -MANY ? rounded(steps) * step : value;
+template <class T> CDPR_INLINE T nearest_multiple(T value, T step) {
+    const T steps = value / step;
+    return select((steps < T(MANY)) & (steps > T(-MANY)), rounded(steps) * step, value);
 }
 
 // x modulo a whole number m; x a whole number below 2^53 in size.
