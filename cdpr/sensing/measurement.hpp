@@ -51,24 +51,46 @@ template <class T> CDPR_INLINE T uniform_where(Truth<T> draws, T* stream) {
     for (int i = 0; i < 6; i++) stream[i] = select(draws, state[i], stream[i]);
     return number;
 }
-template <class T> CDPR_INLINE T normal_where(Truth<T> draws, T* stream) {
-    return normal_quantile(uniform_where(draws, stream));
-}
+
+// Normal numbers for the errors of the next components, drawn in the order of single draws.
+template <class T> struct ErrorDraws {
+    static constexpr int64_t MOST = 8;  // components
+
+    T drift[MOST], noise[MOST];
+    int64_t next = MOST, drawn = 0;  // the next component here, and all so far
+
+    void draw(const Measurement<T>& p, Truth<T> due) {
+        bool drifts = false, varies = false;
+        for (next = 0; next < MOST; next++, drawn++) {
+            drift[next] = noise[next] = 0.5;  // of which the normal number is 0
+            if (drawn >= p.k) continue;
+            const T* const error = p.errors + ERROR_NUMBERS * drawn;
+            const Truth<T> walks = due & (error[DRIFT] > T(0.0)), noisy = due & (error[NOISE] > T(0.0));
+            if (any(walks)) drift[next] = uniform_where(walks, p.stream);
+            if (any(noisy)) noise[next] = uniform_where(noisy, p.stream);
+            drifts = drifts || any(walks);
+            varies = varies || any(noisy);
+        }
+        if (drifts) normal_quantiles(drift);
+        if (varies) normal_quantiles(noise);
+        next = 0;
+    }
+};
 
 // Value with the errors of component i, `elapsed` (s) after the last one, where a measurement is due. Errors of 0 draw
 // no number and change no bit.
-template <class T> CDPR_INLINE T with_errors(Measurement<T>& p, Truth<T> due, int64_t i, T value, T elapsed) {
+template <class T>
+CDPR_INLINE T with_errors(Measurement<T>& p, ErrorDraws<T>& draws, Truth<T> due, int64_t i, T value, T elapsed) {
     const T* const error = p.errors + ERROR_NUMBERS * i;
     const T zero = 0.0;
+    if (draws.next == draws.MOST) draws.draw(p, due);
+    const T drift = draws.drift[draws.next], noise = draws.noise[draws.next++];
     const Truth<T> drifts = due & (error[DRIFT] > zero), noisy = due & (error[NOISE] > zero);
-    if (any(drifts)) {
-        const T walked = p.walk[i] + error[DRIFT] * square_root(elapsed) * normal_where(drifts, p.stream);
-        p.walk[i] = select(drifts, walked, p.walk[i]);
-    }
+    p.walk[i] = select(drifts, p.walk[i] + error[DRIFT] * square_root(elapsed) * drift, p.walk[i]);
     const T offset = error[BIAS] + p.walk[i];
     value = value * error[GAIN];
     value = select(offset != zero, value + offset, value);
-    if (any(noisy)) value = select(noisy, value + error[NOISE] * normal_where(noisy, p.stream), value);
+    value = select(noisy, value + error[NOISE] * noise, value);
     const Truth<T> rounds = error[RESOLUTION] > zero;
     return any(rounds) ? select(rounds, nearest_multiple(value, error[RESOLUTION]), value) : value;
 }
@@ -86,16 +108,17 @@ template <class T> CDPR_INLINE Quaternion<T> turned_where(Quaternion<T> q, Vecto
 template <class T> inline void take(Measurement<T>& p, Truth<T> due, T elapsed, const RingRow<T>& own) {
     constexpr int VALUES = 2;
     const int64_t rates = p.n - p.d;
+    ErrorDraws<T> draws;
     int64_t i = 0;
     for (int64_t j = 0; j < rates; j++) {
         if (j != p.attitude) {
-            own.put(VALUES + j, with_errors(p, due, i++, p.truth[j], elapsed), due);
+            own.put(VALUES + j, with_errors(p, draws, due, i++, p.truth[j], elapsed), due);
             continue;
         }
         Vector<T> turn;  // in axes of the platform
-        turn.x = with_errors(p, due, i++, T(0.0), elapsed);
-        turn.y = with_errors(p, due, i++, T(0.0), elapsed);
-        turn.z = with_errors(p, due, i++, T(0.0), elapsed);
+        turn.x = with_errors(p, draws, due, i++, T(0.0), elapsed);
+        turn.y = with_errors(p, draws, due, i++, T(0.0), elapsed);
+        turn.z = with_errors(p, draws, due, i++, T(0.0), elapsed);
         T attitude[4];
         store(turned_where(quaternion(p.truth + j), turn), attitude);
         for (int64_t c = 0; c < 4; c++) own.put(VALUES + j + c, attitude[c], due);

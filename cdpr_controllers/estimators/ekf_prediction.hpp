@@ -101,27 +101,27 @@ inline void invert_mass_matrix(const FilteredPlatform<T>& p, Quaternion<T> q, co
 // J = [1, -[b]x], and the moment (phi x b) x t u of a rotation phi.
 template <class T> inline void write_stiffness(const FilteredPlatform<T>& p, const T* tension, Quaternion<T> q,
                                                Vector<T> r, Vector<T> weight, T (*stiffness)[6]) {
+    constexpr int COLUMNS = Strip<T>::COLUMNS, WIDE = 8;
     const int64_t m = p.m;
-    T total = 0.0, along[6][6] = {}, levers[3][7] = {};  // levers: sums of b times t u, tau b and tau
+    T total = 0.0, along[6][WIDE] = {}, levers[3][WIDE] = {};  // levers: sums of b times t u, tau b and tau
     for (int64_t i = 0; i < m; i++) {
         const Vector<T> b = rotate(q, vector(p.lines + i * p.w + Line<T>::PLATFORM));
         const T t = tension[i], tau = t / p.length[i], anchor[3] = {b.x, b.y, b.z};
-        T w[6];
+        T w[WIDE] = {};
         CDPR_UNROLL
         for (int j = 0; j < 6; j++) w[j] = p.matrix[j * m + i];
+        const T terms[WIDE] = {t * w[0], t * w[1], t * w[2], tau * b.x, tau * b.y, tau * b.z, tau, 0.0};
         CDPR_UNROLL
         for (int j = 0; j < 6; j++) {
+            const T scaled = tau * w[j];
             CDPR_UNROLL
-            for (int k = 0; k <= j; k++) along[j][k] += tau * w[j] * w[k];
+            for (int k = 0; k <= j; k += COLUMNS) store(strip(along[j] + k) + scaled * strip(w + k), along[j] + k);
         }
         CDPR_UNROLL
         for (int j = 0; j < 3; j++) {
             CDPR_UNROLL
-            for (int k = 0; k < 3; k++) {
-                levers[j][k] += anchor[j] * (t * w[k]);
-                levers[j][3 + k] += anchor[j] * (tau * anchor[k]);
-            }
-            levers[j][6] += tau * anchor[j];
+            for (int k = 0; k < 7; k += COLUMNS)
+                store(strip(levers[j] + k) + anchor[j] * strip(terms + k), levers[j] + k);
         }
         total += tau;
     }

@@ -109,6 +109,16 @@ template <class T> CDPR_INLINE T normal_quantile(T probability) {
     return select(tail, select(lower, -size, size), centre);
 }
 
+// Replace eight probabilities by such numbers.
+template <class T> CDPR_INLINE void normal_quantiles(T (&numbers)[8]) {
+    for (int i = 0; i < 8; i++) numbers[i] = normal_quantile(numbers[i]);
+}
+#ifdef CDPR_LANES
+template <> CDPR_INLINE void normal_quantiles<double>(double (&numbers)[8]) {
+    scatter(normal_quantile(gather(numbers, 1)), numbers);
+}
+#endif
+
 template <class T> struct RandomNumbers {
     T* state;    // (6), of the stream: whole numbers, three below MODULUS_1 and three below MODULUS_2
     T* numbers;  // (n), the next ones of the stream
