@@ -68,7 +68,7 @@ scenario.warnings; stage("judged")
 from cdpr.native import library; stage("kernels loaded")
 from cdpr.simulation import simulate; stage("cdpr.simulation")
 from cdpr.simulation.start import attempt
-made = attempt(scenario, None, None, None, None, "out"); stage("folder made")
+made = attempt(scenario, {{}}, None, "out"); stage("folder made")
 loop, recorder = made.begin(); stage("parts built")
 loop.run(recorder.rows, recorder.flush, steps=2000); stage("2000 steps")
 run = made.end(None); run.summary(); stage("log closed, summary")

@@ -17,6 +17,8 @@ from cdpr.sensing import Sensor
 from cdpr.sensing.tension import Tension
 from cdpr_controllers.computed_torque import ComputedTorque
 
+INNER = ("gain", "integral_gain", "integral_limit")  # options of the inner loop, in the order of its rows of gains
+
 
 class TensionFeedback(ComputedTorque):
     """Cascade of computed torque, the tension distribution and one PI law per cable on its measured tension.
@@ -51,7 +53,7 @@ class TensionFeedback(ComputedTorque):
 
     def change(self, options: Any) -> None:
         """Set new gains and limits. The integrals keep their values, within the new limits from the next step on."""
-        given = {name: getattr(options, name) for name in ("gain", "integral_gain", "integral_limit")}
+        given = {name: getattr(options, name) for name in INNER}
         for name, value in given.items():
             if np.ndim(value) and len(value) != self.robot.m:
                 raise CdprError(f"tension_feedback: {name} has {len(value)} values, the robot {self.robot.m} cables")
@@ -101,8 +103,13 @@ class TensionFeedback(ComputedTorque):
         )
 
     def tunable(self) -> Mapping[str, Tunable]:
-        """Return no options: measurements are no inputs of exported FMUs."""
-        return {}
+        """Return the gains of both loops."""
+        given = {name: np.broadcast_to(getattr(self.options, name), self.robot.m) for name in INNER}
+        inner = {
+            name: Tunable(row, value.astype(float), per_step=name == "integral_gain")
+            for row, (name, value) in zip(self._inner, given.items(), strict=True)
+        }
+        return {**super().tunable(), **inner}
 
     def reset(self) -> None:
         """Reset the integrals."""

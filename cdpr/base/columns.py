@@ -15,7 +15,7 @@ from functools import lru_cache
 from cdpr.base.problems import short_repr
 
 CABLES = 0  # width of a column with one number per cable
-WORLD = "world"
+WORLD, PLATFORM = "world", "platform"  # frames
 
 ARRAY = "std_msgs/Float64MultiArray"
 # Topics of a log with their messages, in the order of a chunk; any other topic is an ARRAY and follows.
@@ -36,11 +36,12 @@ TOPICS = {
 }
 
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,30}")  # a valid MATLAB field of at most 31 characters
-# Components of quantities with a frame, by width: vector, quaternion, wrench.
+# Components of quantities with a frame, by width: vector, quaternion, wrench, error of a state.
 _COMPONENTS = {
     3: ("x", "y", "z"),
     4: ("w", "x", "y", "z"),
     6: ("force_x", "force_y", "force_z", "moment_x", "moment_y", "moment_z"),
+    12: tuple(f"{each}_{axis}" for each in ("position", "rotation", "velocity", "angular_velocity") for axis in "xyz"),
 }
 # further names in exports
 _TAKEN = ("header", "cables", "message", "solver_status")
@@ -53,9 +54,11 @@ class Column:
     Attributes:
         name: a letter, then up to 30 letters, digits and _.
         width: number of values, or `CABLES`.
-        unit: SI, "" for none; for a wrench those of force and moment, "N, N m".
+        unit: SI, "" for none; for a wrench those of force and moment, "N, N m", and for the error of a state those of
+            its four vectors.
         text: short description, as the beginning of a sentence.
-        frame: axes of a vector (width 3), a quaternion w, x, y, z (4) or a wrench (6); "" for all others.
+        frame: axes of a vector (width 3), a quaternion w, x, y, z (4), a wrench (6) or an error of position, rotation,
+            velocity and angular velocity (12); "" for all others.
         places: topics of the log and fields of their messages, "/TOPIC/FIELD"; a separate topic by default. If two
             columns share a place that is no array, the later one is stored.
         owner: role of the plugin that writes it; "" for columns of cdpr.
@@ -95,11 +98,14 @@ class Column:
             )
         if self.frame and self.width not in _COMPONENTS:
             raise ValueError(
-                f"column '{self.name}': only a vector (3), a quaternion (4) and a wrench (6) have a frame, "
-                f"got a width of {self.width}"
+                f"column '{self.name}': only a vector (3), a quaternion (4), a wrench (6) and the error of a state "
+                f"(12) have a frame, got a width of {self.width}"
             )
-        if ", " in self.unit and not (self.frame and self.width == 6):
-            raise ValueError(f"column '{self.name}': only a wrench has two units, got {short_repr(self.unit)}")
+        if ", " in self.unit and not (self.frame and self.width in (6, 12)):
+            raise ValueError(
+                f"column '{self.name}': only a wrench and the error of a state have several units, got "
+                f"{short_repr(self.unit)}"
+            )
 
     @property
     def topics(self) -> tuple[tuple[str, str], ...]:
@@ -116,7 +122,8 @@ class Column:
     @property
     def sentence(self) -> str:
         """Text, shape, unit and frame in one sentence."""
-        return ", ".join(filter(None, (self.text, self.shape, self.unit.replace(", ", " and "), self.frame))) + "."
+        units = " and ".join(self.unit.rsplit(", ", 1))
+        return ", ".join(filter(None, (self.text, self.shape, units, self.frame))) + "."
 
     def headings(self, cables: Sequence[str]) -> list[str]:
         """Return the names of its values with units for export; the time is `t`."""
@@ -295,9 +302,10 @@ UNCERTAINTY: tuple[Column, ...] = (
     Column(
         "estimate_sigma",
         12,
-        "",
-        "Standard deviations of the errors of the estimate, as the estimator computes them: position, m, attitude as "
-        "rotation vector in platform axes, rad, velocity, m/s, angular velocity, rad/s; 0 in held directions",
+        "m, rad, m/s, rad/s",
+        "Standard deviations of the errors of the estimate, as the estimator computes them: position, attitude as "
+        "rotation vector in platform axes, velocity, angular velocity; 0 in held directions",
+        WORLD,
     ),
     Column(
         "nees",
@@ -359,7 +367,7 @@ GROUPS: dict[str, ColumnGroup] = {
     "estimated": ColumnGroup(ESTIMATED, "the scenario contains an `estimator`"),
     "uncertainty": ColumnGroup(UNCERTAINTY, "the scenario contains an `estimator` with a covariance"),
     "innovation": ColumnGroup(INNOVATION, "the scenario contains an `estimator` that compares with its predictions"),
-    "loaded": ColumnGroup(LOADED, "the scenario contains an event that changes the mass"),
+    "loaded": ColumnGroup(LOADED, "an event of the scenario changes the mass, without `log_energy: false`"),
 }
 
 

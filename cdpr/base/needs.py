@@ -188,18 +188,18 @@ def of_drives() -> Needs:
 def of_sensor(**others: Support) -> Needs:
     """Return the needs of a sensor: it is in all runs; the state that an exported controller sees is its input.
 
-    An exported plant with controller contains the sensors of the state that its controller sees; others are omitted.
+    An exported plant with controller contains the sensors that its controller or its estimator uses.
     """
     apart = left_out("sensors are not exported")
-    recorded = left_out("only the sensors that the controller uses are exported")
+    used = depends("only the sensors that controller or estimator use are exported")
     given = left_out("the state that it sees is an input")
     exports = dict.fromkeys(("plant_fmu", "mjcf", "sdf", "urdf"), apart)
-    return of_run(**{**exports, "controller_fmu": recorded, "bare_controller_fmu": given, "native": given, **others})
+    return of_run(**{**exports, "controller_fmu": used, "bare_controller_fmu": given, "native": given, **others})
 
 
 def of_estimator() -> Needs:
-    """Return the needs of an estimator: as those of a sensor, but no export contains it."""
-    return of_sensor(controller_fmu=no("its controller would see the true state"))
+    """Return the needs of an estimator: as those of a sensor; an exported plant with controller contains it."""
+    return of_sensor(controller_fmu=YES)
 
 
 def of_loop_part() -> Needs:

@@ -17,7 +17,9 @@ if TYPE_CHECKING:
     from cdpr.log.limit_violations import LimitChanges
     from cdpr.mechanics.reach import Bounds
     from cdpr.scene import Subject
+    from cdpr.sensing import Sensor
 
+SOLIDS = "solids"  # key of a sensor that sees obstacles: their rows for the kernels
 BODIES = "bodies taken and released"  # source of the energy in `load_energy`
 
 
@@ -60,6 +62,7 @@ class Header:
     spans: tuple[dict[str, Any] | None, ...] = ()  # spans of cables that sag, if any
     sensors: tuple[dict[str, Any], ...] = ()  # sections of the sensors, each with its name
     imaging: dict[str, Any] = field(default_factory=dict)  # obstacles that cameras show; empty without cameras
+    estimator: str = ""  # "" without one
     works: tuple[tuple[str, str], ...] = ()  # further sources of work, each with its column; "" if it is unknown
 
     def __repr__(self) -> str:
@@ -107,13 +110,36 @@ class Header:
         return "tension" if self.ideal_cables else "cable_tension"
 
     @cached_property
+    def measuring(self) -> tuple[Sensor, ...]:
+        """Sensors.
+
+        Raises:
+            ValueError: if this version does not have the type of a sensor, or one of its keys.
+        """
+        if not self.sensors:
+            return ()
+        from pydantic import ValidationError  # takes long to import
+
+        from cdpr.sensing import SENSORS
+
+        sections = [{key: value for key, value in each.items() if key != SOLIDS} for each in self.sensors]
+        found = []
+        for each in sections:
+            try:
+                found.append(SENSORS.read(each))
+            except ValidationError as error:
+                why = error.errors()[0]["msg"] if each["type"] in SENSORS else "unknown type"
+                raise ValueError(f"sensor '{each['name']}' of the type {each['type']}: {why}") from None
+        return tuple(found)
+
+    @cached_property
     def subject(self) -> Subject:
         """Display data of the robot."""
         from cdpr.cables import read_exits  # takes long to import
         from cdpr.scene import Subject
-        from cdpr.scene.sensors import sensor_drawings
 
-        extent = float(np.linalg.norm(np.ptp(np.array(self.anchors)[:, :3], axis=0)))
+        extent = float(np.linalg.norm(np.ptp(np.array(self.anchors)[:, :3], axis=0))) or self.characteristic_length
+        drawings = [sensor.drawing(extent) for sensor in self.measuring]
         return Subject(
             cables=self.cables,
             anchors=np.array(self.anchors, dtype=np.float64).reshape(-1, 6),
@@ -127,7 +153,7 @@ class Header:
             gravity=self.gravity,
             broken=self.broken,
             tools=self.tools,
-            sensors=sensor_drawings(self.sensors, extent or self.characteristic_length),
+            sensors=tuple(each for each in drawings if each is not None),
             led=self.tool,
         )
 
@@ -175,4 +201,5 @@ NEWER: dict[str, object] = {
     "spans": (),
     "sensors": (),
     "imaging": {},
+    "estimator": "",
 }

@@ -19,7 +19,7 @@ from cdpr.log.sensor_topics import PREFIX
 from cdpr.model import rotations
 from cdpr.model.robot import Array
 from cdpr.scene import State, colours, pictures
-from cdpr.scene.sensors import principal_point
+from cdpr.sensing.camera import Camera
 from cdpr.sensing.rendering import Lens, Renderer, make_renderer
 from cdpr.sensing.rendering.drawing import Drawing, Image, Primitive, rod
 
@@ -40,16 +40,16 @@ class CameraImages:
 
     Args:
         header: header of the run.
-        about: section of the camera, of `Header.sensors`.
+        camera: the camera.
     """
 
     header: Header
-    about: dict[str, Any]
+    camera: Camera
 
     @property
     def name(self) -> str:
         """Name of the camera."""
-        return str(self.about["name"])
+        return self.camera.title
 
     @property
     def topic(self) -> str:
@@ -59,28 +59,24 @@ class CameraImages:
     @property
     def every(self) -> int:
         """Number of samples from one image to the next."""
-        return round(float(self.about["period"]) / self.header.control_step)
+        return round(self.camera.period / self.header.control_step)
 
     @property
     def lens(self) -> Lens:
         """Pinhole model."""
-        (fx, fy), (width, height) = self.about["focal"], self.about["size"]
-        return Lens((fx, fy), principal_point(self.about), (width, height))
+        return Lens(self.camera.focal, self.camera.principal_point, self.camera.size)
 
     @cached_property
     def renderer(self) -> Renderer:
         """Renderer, made at the first image; one thread must make and use it."""
-        return make_renderer(self.about["renderer"], self.lens)
+        return make_renderer(self.camera.renderer, self.lens)
 
     def image(self, row: Array) -> Image:
         """Return the image (height, width, 3), red, green and blue, of a row (width,)."""
         columns = self.header.layout.columns
         position, R = row[columns["position"]], rotations.matrix(row[columns["orientation"]])
-        attitude = np.array(self.about["attitude"], dtype=float)
-        place = np.array(self.about["position"], dtype=float)
-        axes = rotations.matrix(attitude / np.linalg.norm(attitude))
-        carried = self.about["on"] == "platform"
-        eye, camera = (position + R @ place, R @ axes) if carried else (place, axes)
+        place, axes = np.array(self.camera.position), rotations.matrix(self.camera.axes)
+        eye, camera = (position + R @ place, R @ axes) if self.camera.carried else (place, axes)
         return self.renderer.draw(eye, camera, self._drawing(row, position, R))
 
     def close(self) -> None:
@@ -92,8 +88,7 @@ class CameraImages:
         return [*self._still, *self._platform(position, R), *self._cables(row), *self._markers(position, R)]
 
     def _platform(self, position: Array, R: Array) -> Iterator[Primitive]:
-        place = np.array(self.about["position"], dtype=float)
-        built_in = self.about["on"] == "platform" and _inside(self.header.shape, place)
+        built_in = self.camera.carried and _inside(self.header.shape, np.array(self.camera.position))
         if self.header.shape is not None and not built_in:
             colour = colours.parts(self.header.colours.get("platform", colours.BODY.light))
             yield _shape(self.header.shape, position, R, colour)
@@ -127,16 +122,16 @@ class CameraImages:
                 yield from (rod(start, end, CABLE, STEEL) for start, end in pairwise(line))
 
     def _markers(self, position: Array, R: Array) -> Iterator[Primitive]:
-        size = np.array([self.about["marker_radius"], 0.0, 0.0])
-        for each in self.header.sensors if size[0] > 0.0 else ():
-            for point in np.array(each.get("markers", ()), dtype=float):  # of a camera on the other body
-                place = point if each["on"] == "platform" else position + R @ point
+        size = np.array([self.camera.marker_radius, 0.0, 0.0])
+        for each in self.header.subject.sensors if size[0] > 0.0 else ():
+            for point in each.marks:  # of a sensor on the other body
+                place = point if each.carried else position + R @ point
                 yield Primitive("sphere", size, place, np.eye(3), RED, shines=True)
 
 
 def cameras_of(header: Header) -> list[CameraImages]:
     """Return the cameras of a run, with which images are rendered; none without cameras."""
-    return [CameraImages(header, about) for about in header.sensors if "renderer" in about]
+    return [CameraImages(header, sensor) for sensor in header.measuring if isinstance(sensor, Camera)]
 
 
 def images(run: Run, name: str | None = None) -> Iterator[tuple[float, Image]]:

@@ -16,7 +16,7 @@ Array = NDArray[Any]
 Kind = Literal["constant", "memory", "work"]
 
 # Meanings of a status other than 0, numbered as in cdpr/calls.hpp.
-IGNORED, ANSWER, FINITE = range(3)
+IGNORED, ANSWER, FINITE, ESTIMATE = range(4)
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +36,7 @@ class Stored:
 
 @dataclass(frozen=True)
 class Link:
-    """Numbers of an FMU's variable that are also in an array.
+    """Numbers of an FMU's variable that are also in an array: an output is copied from it, others into it.
 
     Attributes:
         variable: name of the variable.

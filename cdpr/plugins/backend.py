@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from abc import abstractmethod
+from collections.abc import Callable
 from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
@@ -14,6 +14,7 @@ from cdpr.mechanics.anchors import Anchors
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.plugins.environment import Environment
+from cdpr.plugins.plugin import Plugin
 
 Operations = list[Callable[[], object]]  # executed in order
 
@@ -75,7 +76,7 @@ def checked_phases(given: object, place: str) -> Phases:
     return given
 
 
-class Backend(ABC):
+class Backend(Plugin):
     """Plant that moves the platform under the command of each cable.
 
     The caller writes `command` and `external`, which hold until they are written again, and reads `state`. The arrays
@@ -340,42 +341,3 @@ class Backend(ABC):
             clock[0] = self.engine_time()
 
         return read
-
-    def log(self, columns: Mapping[str, Array]) -> None:
-        """Store the arrays (width,) of its declared columns, by name, to write into.
-
-        It is called once after construction with unused arrays, and again by a simulation with its recorded arrays:
-        their values when `reset` and `step` return, NaN until something is written.
-
-        Args:
-            columns: array (width,) of each declared column, by name.
-
-        Raises:
-            PluginError: if the backend does not implement it.
-        """
-        raise PluginError(f"{type(self).__name__} declares columns but has no method `log` that receives them")
-
-    def snapshot(self) -> object:
-        """Return the complete internal state of the plant for `restore`.
-
-        Backends that support this declare the property `snapshot: True`.
-        """
-        raise PluginError(f"{type(self).__name__} cannot take snapshots")
-
-    def restore(self, snapshot: object) -> None:
-        """Restore a snapshot of this backend; the continuation is identical to the bit.
-
-        Args:
-            snapshot: result of `snapshot` of the same object.
-
-        Raises:
-            PluginError: if the backend does not implement it.
-        """
-        raise PluginError(f"{type(self).__name__} cannot restore snapshots")
-
-    def describe(self) -> dict[str, Any]:
-        """Return further facts for the record of a run, beyond the options: plain data for JSON."""
-        return {}
-
-    def close(self) -> None:  # noqa: B027 - an optional hook
-        """Free the resources of the engine; the backend is not used afterwards."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, NamedTuple
 
@@ -11,6 +11,7 @@ from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.own import Own
 from cdpr.plugins.inputs import ControllerInputs
+from cdpr.plugins.plugin import Plugin
 from cdpr.sensing.sensor import Sensor
 
 # Stages of outputs: a wrench is distributed; tensions go to the cables, by a map to winches that take lengths or rates;
@@ -59,7 +60,7 @@ class Tunable(NamedTuple):
     per_step: bool = False
 
 
-class Controller(ABC):
+class Controller(Plugin):
     """Controller that computes the wrench of the cables on the platform, or the command of each cable.
 
     Its `PluginInfo` declares the output, such as `properties={"output": "wrench"}`. The tension stage distributes a
@@ -136,7 +137,7 @@ class Controller(ABC):
         """Return the options that remain parameters of an exported FMU, by name; others are constant there."""
         return {}
 
-    def connect(self, report: Array) -> None:  # noqa: B027 - an optional hook
+    def connect(self, report: Array) -> None:
         """Store a live view of the result of the previous output; called once, before the first `control`.
 
         `report` is (4,): a `cdpr.tension.Status`, the residual of the wrench (N), the distance of the tensions from
@@ -147,7 +148,7 @@ class Controller(ABC):
             report: (4,), live and read-only.
         """
 
-    def sense(self, cables: Array) -> None:  # noqa: B027 - an optional hook
+    def sense(self, cables: Array) -> None:
         """Store a live view of the measurements at the cables; called once, before the first `control`.
 
         `cables` is (2, m): measured lengths, m, and rates, m/s; the true ones without sensors. `self.robot` is the
@@ -172,7 +173,7 @@ class Controller(ABC):
         """
         return None
 
-    def use_sensors(self, sensors: Mapping[str, Sensor]) -> None:  # noqa: B027 - an optional hook
+    def use_sensors(self, sensors: Mapping[str, Sensor]) -> None:
         """Store the sensors whose measurements it observes; called once, before `observe`.
 
         A controller that needs sensors of some types declares them, such as `properties={"sensors": ("markers",)}`. The
@@ -186,7 +187,7 @@ class Controller(ABC):
             CdprError: if a sensor that it needs is missing or unsuitable.
         """
 
-    def observe(self, inputs: ControllerInputs) -> None:  # noqa: B027 - an optional hook
+    def observe(self, inputs: ControllerInputs) -> None:
         """Store further live inputs: preview, limits, held cables, previous command, measurements.
 
         Called once, before the first `control`. Exported FMUs and real-time programs do not have these inputs, so a
@@ -195,20 +196,6 @@ class Controller(ABC):
         Args:
             inputs: live and read-only.
         """
-
-    def log(self, columns: Mapping[str, Array]) -> None:
-        """Store the arrays (width,) of its declared columns, by name, to write into.
-
-        It is called once after construction with unused arrays, and again by a simulation with its recorded arrays:
-        their values after `control`, NaN until something is written.
-
-        Args:
-            columns: array (width,) of each declared column, by name.
-
-        Raises:
-            PluginError: if the controller does not implement it.
-        """
-        raise PluginError(f"{type(self).__name__} declares columns but has no method `log` that receives them")
 
     def renew(self, robot: Robot) -> bool:
         """Continue with a robot that has another platform; return False if that needs a new controller.
@@ -237,30 +224,5 @@ class Controller(ABC):
         """
         raise PluginError(f"{type(self).__name__} declares changeable options but has no method `change`")
 
-    def reset(self) -> None:  # noqa: B027 - an optional hook
+    def reset(self) -> None:
         """Clear the memory of earlier calls."""
-
-    def snapshot(self) -> object:
-        """Return the complete internal state for `restore`, besides the arguments of `control`.
-
-        `cdpr.plugins.SnapshotOfArrays` does this for a state in arrays, or without state.
-        """
-        raise PluginError(f"{type(self).__name__} cannot take snapshots")
-
-    def restore(self, snapshot: object) -> None:
-        """Restore a snapshot of this controller; the continuation is identical to the bit.
-
-        Args:
-            snapshot: result of `snapshot` of the same object.
-
-        Raises:
-            PluginError: if the controller does not implement it.
-        """
-        raise PluginError(f"{type(self).__name__} cannot restore snapshots")
-
-    def describe(self) -> dict[str, Any]:
-        """Return further facts for the record of a run, beyond the options: plain data for JSON."""
-        return {}
-
-    def close(self) -> None:  # noqa: B027 - an optional hook
-        """Free the resources of the controller; it is not used afterwards."""

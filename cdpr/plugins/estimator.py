@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from abc import abstractmethod
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.base.errors import CdprError, PluginError
+from cdpr.base.errors import CdprError
 from cdpr.model import Robot
 from cdpr.model.robot import Array
+from cdpr.plugins.plugin import Plugin
 from cdpr.sensing.sensor import Sensor
 
 S = TypeVar("S", bound=Sensor)
@@ -82,7 +83,7 @@ class EstimatorInputs:
     held: NDArray[np.bool_]
 
 
-class Estimator(ABC):
+class Estimator(Plugin):
     """Estimator of the platform's state from measurements and commands.
 
     Attributes:
@@ -148,44 +149,11 @@ class Estimator(ABC):
         """
         return None
 
-    def connect(self, inputs: EstimatorInputs) -> None:  # noqa: B027 - an optional hook
+    def connect(self, inputs: EstimatorInputs) -> None:
         """Store further live inputs; called once, before the first `estimate`."""
 
-    def log(self, columns: Mapping[str, Array]) -> None:
-        """Store the arrays (width,) of its declared columns, by name, to write into, as `Controller.log`.
-
-        Raises:
-            PluginError: if the estimator does not implement it.
-        """
-        raise PluginError(f"{type(self).__name__} declares columns but has no method `log` that receives them")
-
-    def reset(self) -> None:  # noqa: B027 - an optional hook
+    def reset(self) -> None:
         """Clear the memory of earlier calls."""
-
-    def snapshot(self) -> object:
-        """Return the complete internal state for `restore`.
-
-        `cdpr.plugins.SnapshotOfArrays` does this for a state in arrays, or without state.
-        """
-        raise PluginError(f"{type(self).__name__} cannot take snapshots")
-
-    def restore(self, snapshot: object) -> None:
-        """Restore a snapshot of this estimator; the continuation is identical to the bit.
-
-        Args:
-            snapshot: result of `snapshot` of the same object.
-
-        Raises:
-            PluginError: if the estimator does not implement it.
-        """
-        raise PluginError(f"{type(self).__name__} cannot restore snapshots")
-
-    def describe(self) -> dict[str, Any]:
-        """Return further facts for the record of a run, beyond the options: plain data for JSON."""
-        return {}
-
-    def close(self) -> None:  # noqa: B027 - an optional hook
-        """Release resources; may be called again."""
 
     def of_type(self, kind: type[S]) -> list[SensorModel]:
         """Return the sensors of a type, in their order."""

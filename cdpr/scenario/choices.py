@@ -1,4 +1,4 @@
-"""Selection of backend, solver and controller by arguments, and the keys of their sections."""
+"""Selection of backend, solver, controller and estimator by arguments, and the keys of their sections."""
 
 from __future__ import annotations
 
@@ -18,7 +18,12 @@ CORE_KEYS: dict[str, tuple[str, ...]] = {
     "estimator": tuple(EstimatorSection.model_fields),
 }
 DEFAULT_TYPE = {"controller": CONTROLLER, "solver": SOLVER, "estimator": ESTIMATOR}
-CHOICES = {"backend": "simulation.backend", "solver": "solver.type", "controller": "controller.type"}
+CHOICES = {
+    "backend": "simulation.backend",
+    "solver": "solver.type",
+    "controller": "controller.type",
+    "estimator": "estimator.type",
+}
 
 
 @dataclass(frozen=True)
@@ -27,14 +32,14 @@ class Choice(Change):
 
 
 def choices(chosen: Mapping[str, str | None], problems: Problems) -> list[Change]:
-    """Return the changes that select plugins from the arguments `backend`, `solver` and `controller`."""
+    """Return the changes that select plugins from the arguments that `CHOICES` names."""
     given = [(name, key, chosen[name]) for name, key in CHOICES.items() if chosen.get(name) is not None]
     rows = [(key, value, Mark(f"{name}={brief(shown(value))}")) for name, key, value in given]
     return [Choice(each.path, each.value, each.mark) for each in marked_changes(rows, problems)]
 
 
 def typed(chosen: Mapping[str, str | None], texts: Sequence[str] = ()) -> list[Change | str]:
-    """Return the changes from `--backend`, `--solver` and `--controller`, followed by the `--set` texts."""
+    """Return the changes from `--backend` and the other options of `CHOICES`, followed by the `--set` texts."""
     given = [(name, value) for name, value in chosen.items() if value is not None]
     return [
         *(Choice(tuple(CHOICES[name].split(".")), value, Mark(f"--{name} {brief(value)}")) for name, value in given),

@@ -9,14 +9,13 @@ import numpy as np
 from pydantic import Field
 
 from cdpr.base.fields import HOME, ZERO, Position, Section, Vector3, unit
-from cdpr.base.needs import EVERYWHERE, UNCONCERNED, Needs, left_out, no
+from cdpr.base.needs import EVERYWHERE, UNCONCERNED, Needs, left_out
 from cdpr.model.robot import Array
 from cdpr.model.rotations import matrix
 from cdpr.scenario.orientation import UPRIGHT, Orientation
 
 AT_REST = left_out("the format has no initial velocity")
 AS_GIVEN = left_out("the model starts at the given pose")
-NO_START = no("an exported start is the given pose; give the pose of a run's first sample as initial pose instead")
 
 
 class Initial(Section):
@@ -27,8 +26,6 @@ class Initial(Section):
         "orientation": EVERYWHERE,
         **dict.fromkeys(("velocity", "angular_velocity"), Needs(sdf=AT_REST, urdf=AT_REST)),
         "equilibrium": Needs(
-            plant_fmu=NO_START,
-            controller_fmu=NO_START,
             bare_controller_fmu=UNCONCERNED,
             native=UNCONCERNED,
             mjcf=AS_GIVEN,

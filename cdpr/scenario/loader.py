@@ -49,6 +49,7 @@ def load_scenario(
     backend: str | None = None,
     solver: str | None = None,
     controller: str | None = None,
+    estimator: str | None = None,
     plugins: Registry | None = None,
     before: Scenario | None = None,
 ) -> Scenario:
@@ -66,6 +67,7 @@ def load_scenario(
             are dropped, listed in `Scenario.unused`, and reported in `Scenario.notes` and by the warning
             OptionsLeftOut.
         controller: name of the controller plugin; as for `solver`.
+        estimator: name of the estimator plugin; as for `solver`.
         plugins: available plugins; the installed ones by default.
         before: scenario of the same file and plugins; sections that are equal are not validated again.
 
@@ -83,12 +85,13 @@ def load_scenario(
         2.0
     """
     _refuse_texts("load_scenario", path, text=text, files=files)
+    names = {"backend": backend, "solver": solver, "controller": controller, "estimator": estimator}
     if isinstance(path, Scenario):
-        return path.with_changes(overrides, backend=backend, solver=solver, controller=controller, plugins=plugins)
+        return path.with_changes(overrides, **names, plugins=plugins)
     problems = Problems()
     document = _open(path, "scenario", problems, text)
     document.files = files or {}
-    chosen = choices({"backend": backend, "solver": solver, "controller": controller}, problems)
+    chosen = choices(names, problems)
     return build_scenario(document, overrides, chosen, plugins or registry(), problems, before)
 
 

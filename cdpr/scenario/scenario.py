@@ -194,10 +194,11 @@ class Scenario(Content):
         backend: str | None = None,
         solver: str | None = None,
         controller: str | None = None,
+        estimator: str | None = None,
         plugins: Registry | None = None,
     ) -> Scenario:
         """Return a changed and validated copy, or self if nothing changes; arguments are those of `load_scenario`."""
-        names = {"backend": backend, "solver": solver, "controller": controller}
+        names = {"backend": backend, "solver": solver, "controller": controller, "estimator": estimator}
         if not overrides and not any(names.values()) and plugins in (None, self.plugins):
             return self
         problems = Problems()

@@ -13,7 +13,6 @@ from cdpr.base.problems import Path
 from cdpr.config.messages import explain
 from cdpr.scenario.checks import Checks
 from cdpr.sensing import SENSORS, Sensor
-from cdpr.sensing.errors import AttitudeErrors
 
 MOST_WAITING = 1e6  # values, 8 MB, which each snapshot copies
 BELIEVED = "believed"
@@ -90,7 +89,7 @@ class SensorChecks(Checks):
 
     def _biases(self, path: Path, sensor: Sensor, cables: int) -> None:
         for quantity in sensor.with_errors:
-            errors: AttitudeErrors = getattr(sensor, quantity.key, AttitudeErrors())
+            errors = sensor.errors_of(quantity)
             count = quantity.components(cables)
             if isinstance(errors.bias, tuple) and len(errors.bias) != count:
                 text = f"expected one number, or {count} numbers, got {len(errors.bias)}"

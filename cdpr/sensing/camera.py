@@ -3,25 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, field_validator
 
 from cdpr.base.columns import Column
-from cdpr.base.fields import NonNegative, Position, Positive, unit
+from cdpr.base.fields import NonNegative, unit
 from cdpr.base.needs import Needs, left_out, of_sensor
-from cdpr.sensing.sensor import LONGEST, Sensor, Sources, Truth
+from cdpr.sensing.pinhole import Pinhole
+from cdpr.sensing.sensor import LONGEST, Sources, Truth
 
 LARGEST = 4096  # px, width and height
-LONGEST_FOCAL = 1000  # times the size of the image: renderers hang or draw nothing with much narrower views
 NO_IMAGES = "renders no images"
 
 
-class Camera(Sensor):
+class Camera(Pinhole):
     """Camera that renders images of the platform, its cables, the obstacles and the markers.
 
-    The pinhole model is that of `Markers`. The images depend on the recorded states only, so they are the same for all
+    The images depend on the recorded states only, so they are the same for all
     backends up to the differences of the states. They are rendered outside the control loop, off screen, and differ
     between renderers and graphics drivers by more than round-off. They go to `images.mcap` in the folder of the run and
     to live links. Images do not affect the controller.
@@ -32,20 +32,13 @@ class Camera(Sensor):
         (640, 480)
     """
 
-    needs: ClassVar[Needs] = replace(of_sensor(), rollout=left_out(NO_IMAGES), threads=left_out(NO_IMAGES))
+    needs: ClassVar[Needs] = replace(
+        of_sensor(controller_fmu=left_out("images are not exported")),
+        rollout=left_out(NO_IMAGES),
+        threads=left_out(NO_IMAGES),
+    )
 
     type: Literal["camera"] = "camera"
-    on: Literal["world", "platform"] = Field("world", description="body that carries the camera")
-    position: Position = Field(description="place of the camera in the axes of its body", json_schema_extra=unit("m"))
-    attitude: tuple[float, float, float, float] = Field(
-        (1.0, 0.0, 0.0, 0.0), description="attitude of the camera's axes in those of its body, a quaternion w, x, y, z"
-    )
-    focal: tuple[Positive, Positive] = Field(
-        (800.0, 800.0), description="focal lengths fx and fy", json_schema_extra=unit("px")
-    )
-    center: tuple[float, float] | None = Field(
-        None, description="principal point cx, cy; default: the middle of the image", json_schema_extra=unit("px")
-    )
     size: tuple[Annotated[int, Field(ge=1, le=LARGEST)], Annotated[int, Field(ge=1, le=LARGEST)]] = Field(
         (640, 480), description="width and height of the image", json_schema_extra=unit("px")
     )
@@ -63,23 +56,6 @@ class Camera(Sensor):
         description="radius of the spheres that show the markers of other sensors; 0: none",
         json_schema_extra=unit("m"),
     )
-
-    @field_validator("attitude")
-    @classmethod
-    def _rotates(cls, value: tuple[float, ...]) -> tuple[float, ...]:
-        if not np.isclose(np.linalg.norm(value), 1.0, atol=1e-6):  # written with six digits
-            raise ValueError(f"expected a unit quaternion w, x, y, z, got one of norm {np.linalg.norm(value):.6g}")
-        return value
-
-    @model_validator(mode="after")
-    def _sees(self) -> Self:
-        most = tuple(LONGEST_FOCAL * each for each in self.size)
-        if any(focal > limit for focal, limit in zip(self.focal, most, strict=True)):
-            raise ValueError(
-                f"focal: expected at most {most[0]} px and {most[1]} px, {LONGEST_FOCAL} times the size of the image, "
-                f"got {self.focal[0]:g} and {self.focal[1]:g}: the image would show less than 0.06 degrees"
-            )
-        return self
 
     @field_validator("delay", "jitter", "dropout")
     @classmethod

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
 from cdpr.base.columns import CABLES
-from cdpr.base.needs import Needs, no, of_sensor
+from cdpr.base.needs import Needs, of_sensor
+from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.sensing.errors import Errors
+from cdpr.sensing.message import Message, quantity
+from cdpr.sensing.records import Records
 from cdpr.sensing.sensor import Quantity, Sensor, Sources, Truth, Used
 from cdpr.tension.operations import Operation
 
@@ -27,13 +31,14 @@ class Encoders(Sensor):
         0.0001
     """
 
-    needs: ClassVar[Needs] = of_sensor(controller_fmu=no("its controller would see the true lengths"))
+    needs: ClassVar[Needs] = of_sensor()
     quantities: ClassVar[tuple[Quantity, ...]] = (
         Quantity("length", CABLES, "m", "Unwound length of each cable"),
         Quantity("rate", CABLES, "m/s", "Rate of the unwound length of each cable"),
     )
     rates: ClassVar[int] = 1
     used: ClassVar[Used] = "cables"
+    measurement: ClassVar[str] = "encoders"
 
     type: Literal["encoders"] = "encoders"
     length: Errors = Field(Errors(), description="errors of the length, m")
@@ -49,3 +54,14 @@ class Encoders(Sensor):
         write = bind("paid_out", unwound=unwound, unwinding=unwinding, **given)
         operations = (*reading, Operation("sensors", write, timed=True))
         return Truth(values.reshape(-1), operations, (unwound, unwinding, values))
+
+    def message(self, cables: Sequence[str]) -> Message:
+        """Return the unwound lengths and their rates as the state of joints."""
+        zeros = [0.0] * len(cables)
+        fields = {"position": quantity("length"), "velocity": quantity("rate")}
+        constant = {"name": list(cables), "position": zeros, "velocity": zeros}
+        return Message("sensor_msgs/JointState", fields, constant)
+
+    def recorded_truth(self, key: str, records: Records) -> Array | None:
+        """Return unwound lengths or their rates."""
+        return records.column(key if records.ideal else f"unstretched_{key}")

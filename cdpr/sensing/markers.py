@@ -2,32 +2,36 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field, field_validator
+from pydantic import Field
 
-from cdpr.base.fields import Position, Positive, Vector3, unit
+from cdpr.base.fields import Vector3, unit
 from cdpr.base.needs import Needs, of_sensor
 from cdpr.mechanics import solids
+from cdpr.model import rotations
+from cdpr.model.robot import Array
 from cdpr.native.bind import bind
+from cdpr.scene.sensors import SensorDrawing
 from cdpr.sensing.disturbance import Mount
 from cdpr.sensing.errors import Errors
+from cdpr.sensing.pinhole import Pinhole
 from cdpr.sensing.rays import solids_of
-from cdpr.sensing.sensor import Quantity, Sensor, Sources, Truth
+from cdpr.sensing.records import Records
+from cdpr.sensing.sensor import Quantity, Sources, Truth
 from cdpr.tension.operations import Operation
 
 MOST_MARKERS = 1000
-QuaternionValues = tuple[float, float, float, float]
 
 
-class Markers(Sensor):
+class Markers(Pinhole):
     """Camera that measures the image points of markers.
 
-    A camera on the platform sees markers in the world, and a camera in the world sees markers on the platform. Its axes
-    are those of OpenCV: z forwards, x to the right and y down in the image. A point (x, y, z) in these axes has the
-    pixel (fx x / z + cx, fy y / z + cy). A marker is seen if z is positive, the pixel is in the image, and neither an
-    obstacle nor the platform's shape hides it. Other markers keep their last pixel; at first the principal point.
+    A camera on the platform sees markers in the world, and a camera in the world sees markers on the platform. A marker
+    is seen if z is positive, the pixel is in the image, and neither an obstacle nor the platform's shape hides it.
+    Other markers keep their last pixel; at first the principal point.
 
     Example:
         >>> import cdpr
@@ -38,52 +42,30 @@ class Markers(Sensor):
 
     needs: ClassVar[Needs] = of_sensor()
     mount: ClassVar[tuple[str, ...]] = ("place", "axes")
+    measurement: ClassVar[str] = "markers"
 
     type: Literal["markers"] = "markers"
-    on: Literal["world", "platform"] = Field("world", description="body that carries the camera")
-    position: Position = Field(description="place of the camera in the axes of its body", json_schema_extra=unit("m"))
-    attitude: QuaternionValues = Field(
-        (1.0, 0.0, 0.0, 0.0), description="attitude of the camera's axes in those of its body, a quaternion w, x, y, z"
-    )
-    focal: tuple[Positive, Positive] = Field(
-        (800.0, 800.0), description="focal lengths fx and fy", json_schema_extra=unit("px")
-    )
-    center: tuple[float, float] | None = Field(
-        None, description="principal point cx, cy; default: the middle of the image", json_schema_extra=unit("px")
-    )
-    size: tuple[Annotated[int, Field(ge=1, le=100_000)], Annotated[int, Field(ge=1, le=100_000)]] = Field(
-        (640, 480), description="width and height of the image", json_schema_extra=unit("px")
-    )
     markers: Annotated[tuple[Vector3, ...], Field(min_length=1, max_length=MOST_MARKERS)] = Field(
         description="places of the markers in the axes of the other body", json_schema_extra=unit("m")
     )
     pixel: Errors = Field(Errors(), description="errors of the pixels, px")
-
-    @field_validator("attitude")
-    @classmethod
-    def _rotates(cls, value: QuaternionValues) -> QuaternionValues:
-        if not np.isclose(np.linalg.norm(value), 1.0, atol=1e-6):  # written with six digits
-            raise ValueError(f"expected a unit quaternion w, x, y, z, got one of norm {np.linalg.norm(value):.6g}")
-        return value
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:  # type: ignore[override]
         """Pixels and visibility."""
         count = len(self.markers)
         return (
-            Quantity("pixel", 2 * count, "px", "Pixel u, v of each marker, kept while it is not seen"),
+            Quantity("pixel", 2 * count, "px", "Pixel u, v of each marker, kept while it is not seen", seen="seen"),
             Quantity("seen", count, "", "1 if the marker is seen, else 0"),
         )
 
     def model(self) -> dict[str, Any]:
         """Return camera and markers for the kernels: `camera`, `markers`, `lens` and `carried` of markers.hpp."""
-        attitude = np.array(self.attitude) / np.linalg.norm(self.attitude)
-        middle = self.center or (0.5 * self.size[0], 0.5 * self.size[1])
         return {
-            "camera": np.concatenate([self.position, attitude]),
+            "camera": np.concatenate([self.position, self.axes]),
             "markers": np.array(self.markers),
-            "lens": np.array([*self.focal, *middle, *self.size], dtype=float),
-            "carried": int(self.on == "platform"),
+            "lens": np.array([*self.focal, *self.principal_point, *self.size], dtype=float),
+            "carried": int(self.carried),
         }
 
     def truth(self, sources: Sources) -> Truth:
@@ -103,3 +85,24 @@ class Markers(Sensor):
         )
         mount = Mount(model["camera"][:3], model["camera"][3:])
         return Truth(values, (Operation("sensors", write, timed=True),), (values,), mount)
+
+    def measurement_numbers(self) -> list[float]:
+        """Return place and attitude of the camera, focal lengths, principal point, 1 if carried, and the markers."""
+        lens = [*self.focal, *self.principal_point]
+        return [*self.position, *self.axes, *lens, float(self.carried), *np.ravel(self.markers)]
+
+    def drawing(self, extent: float) -> SensorDrawing:
+        """Return frustum and markers."""
+        column, chosen = f"{self.title}_seen", tuple(range(len(self.markers)))
+        return replace(super().drawing(extent), marks=np.array(self.markers), column=column, chosen=chosen)
+
+    def recorded_truth(self, key: str, records: Records) -> Array | None:
+        """Return the pixels of all markers, as if none were hidden."""
+        if key != "pixel":
+            return None
+        markers, R, p = np.array(self.markers), rotations.matrix(records.attitude), records.position[:, None]
+        carried = self.carried
+        points = np.einsum("nji,nkj->nki", R, markers - p) if carried else p + np.einsum("nij,kj->nki", R, markers)
+        x, y, z = np.moveaxis(np.einsum("ji,nkj->nki", rotations.matrix(self.axes), points - self.position), -1, 0)
+        (fx, fy), (cx, cy) = self.focal, self.principal_point
+        return np.stack([fx * x / z + cx, fy * y / z + cy], axis=-1).reshape(len(p), -1)

@@ -26,6 +26,7 @@ template <class T> struct Measurement {
     T* age;           // (1), s, time since they were taken
     double step;      // s, control period
     double dropout;   // probability that a measurement is lost
+    double limit;     // true value without an object to measure, which has no errors; may be infinite
     int64_t every;    // control steps from one measurement to the next
     int64_t delay;    // control steps
     int64_t jitter;   // control steps, largest additional delay
@@ -37,8 +38,8 @@ template <class T> struct Measurement {
     int64_t w;
     static constexpr char fields[] =
         "truth(n), errors(k, 5), time(1), both stream(6), both walk(k), both previous(d), both pending(slots, w), "
-        "both held(w), both count(4), measured(n), age(1), step, dropout, every >= 1, delay >= 0, jitter >= 0, "
-        "attitude >= 0, n, k, d, slots >= 1, w";
+        "both held(w), both count(4), measured(n), age(1), step, dropout, limit, every >= 1, delay >= 0, "
+        "jitter >= 0, attitude >= 0, n, k, d, slots >= 1, w";
 
     CDPR_INLINE RingRow<T> sent_as(T number) const { return {pending, slots, w, number}; }
 };
@@ -112,7 +113,8 @@ template <class T> inline void take(Measurement<T>& p, Truth<T> due, T elapsed, 
     int64_t i = 0;
     for (int64_t j = 0; j < rates; j++) {
         if (j != p.attitude) {
-            own.put(VALUES + j, with_errors(p, draws, due, i++, p.truth[j], elapsed), due);
+            const T truth = p.truth[j], value = with_errors(p, draws, due, i++, truth, elapsed);
+            own.put(VALUES + j, select(truth < T(p.limit), value, truth), due);
             continue;
         }
         Vector<T> turn;  // in axes of the platform
@@ -153,7 +155,7 @@ template <class T> inline int measure(Measurement<T>& p) {
     T& sent = p.count[1];
     T& received = p.count[2];
     const T zero = 0.0, one = 1.0;
-    const Truth<T> first = !((*p.time > zero) & (sent > zero));  // exported plants may start at another time
+    const Truth<T> first = !(*p.time > zero);
     for (int64_t i = 0; any(first) && i < p.k; i++) p.walk[i] = select(first, zero, p.walk[i]);
     steps = select(first, zero, steps + one);
     sent = select(first, zero, sent);

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, field_validator
 
-from cdpr.base.fields import ZERO, Position, Positive, Vector3, unit
+from cdpr.base.fields import Vector3
 from cdpr.base.needs import Needs, of_sensor
-from cdpr.sensing.errors import Errors
-from cdpr.sensing.rays import ray_truth
-from cdpr.sensing.sensor import Quantity, Sensor, Sources, Truth
+from cdpr.model.robot import Array
+from cdpr.scene.sensors import SensorDrawing
+from cdpr.sensing.message import Columns, Message, singles
+from cdpr.sensing.rays import RaySensor, echoes
+from cdpr.sensing.sensor import Quantity
+
+INFRARED = 1  # radiation type of the message
 
 
-class Range(Sensor):
+class Range(RaySensor):
     """Sensor of the distance to the nearest obstacle along a ray from the platform.
 
     Example:
@@ -24,18 +30,14 @@ class Range(Sensor):
     """
 
     needs: ClassVar[Needs] = of_sensor()
-    mount: ClassVar[tuple[str, ...]] = ("place", "axes")
     quantities: ClassVar[tuple[Quantity, ...]] = (
         Quantity("distance", 1, "m", "Distance to the nearest obstacle along the ray"),
     )
 
     type: Literal["range"] = "range"
-    point: Position = Field(ZERO, description="start of the ray, platform axes", json_schema_extra=unit("m"))
     direction: Vector3 = Field(
         (0.0, 0.0, -1.0), description="direction of the ray, platform axes, of any length; default: down"
     )
-    reach: Positive = Field(10.0, description="distance without an obstacle", json_schema_extra=unit("m"))
-    distance: Errors = Field(Errors(), description="errors of the distance, m")
 
     @field_validator("direction")
     @classmethod
@@ -44,7 +46,28 @@ class Range(Sensor):
             raise ValueError("expected a vector that is not 0")
         return value
 
-    def truth(self, sources: Sources) -> Truth:
-        """Return the distance (1,)."""
-        direction = np.array([self.direction]) / np.linalg.norm(self.direction)
-        return ray_truth(sources, self.point, direction, self.reach)
+    @property
+    def directions(self) -> Array:
+        """Unit vector along the ray (1, 3), platform axes."""
+        return np.asarray(np.array([self.direction]) / np.linalg.norm(self.direction))
+
+    def drawing(self, extent: float) -> SensorDrawing:
+        """Return the ray; x of the sensor's axes is along it."""
+        return replace(super().drawing(extent), attitude=_along(self.directions[0]))
+
+    def message(self, cables: Sequence[str]) -> Message:
+        """Return the distance."""
+
+        def limit_and_range(read: Columns) -> Array:  # `range` follows `max_range`
+            distances = read("distance")
+            return singles(np.column_stack([np.full(len(distances), self.reach), echoes(distances, self.reach)]))
+
+        constant = {"radiation_type": INFRARED, "variance": self.distance.noise**2}
+        return Message("sensor_msgs/Range", {"max_range": limit_and_range}, constant, framed=True)
+
+
+def _along(x: Array) -> Array:
+    """Return the attitude (4,) of axes whose x is a unit vector (3,)."""
+    q = np.array([1.0 + x[0], 0.0, -x[2], x[1]])  # along (1 + x . v, x cross v), for the shortest rotation from x to v
+    size = float(np.linalg.norm(q))
+    return q / size if size > 1e-9 else np.array([0.0, 0.0, 0.0, 1.0])  # backwards

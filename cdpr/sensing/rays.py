@@ -2,21 +2,29 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Sequence
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
+from pydantic import Field
 
 from cdpr.base.errors import CdprError
+from cdpr.base.fields import ZERO, Position, Positive, unit
 from cdpr.mechanics import solids
 from cdpr.model.robot import Array
 from cdpr.model.shapes import Obstacle
 from cdpr.native.arrays import real
 from cdpr.native.bind import bind
+from cdpr.scene.sensors import SensorDrawing
 from cdpr.sensing.disturbance import Mount
-from cdpr.sensing.sensor import Sources, Truth
+from cdpr.sensing.errors import Errors
+from cdpr.sensing.records import Records
+from cdpr.sensing.sensor import Sensor, Sources, Truth
 from cdpr.tension.operations import Operation
 
+MOST_DRAWN = 61  # rays of a sensor
 UPRIGHT = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
 
 
@@ -25,26 +33,68 @@ def solids_of(obstacles: Sequence[Obstacle]) -> Array:
     return solids.rows([solids.row(each.shape, each.position, tuple(each.attitude.tolist())) for each in obstacles])
 
 
-def ray_truth(sources: Sources, point: ArrayLike, directions: Array, reach: float) -> Truth:
-    """Return the distances along rays from a point of the platform (k,), m.
+class RaySensor(Sensor):
+    """Base class of sensors of the distances to obstacles along rays from a point of the platform."""
 
-    Args:
-        sources: arrays of the loop.
-        point: (3,), m, start of the rays, platform axes.
-        directions: (k, 3), of length 1, platform axes.
-        reach: distance without a hit, m.
-    """
-    values, mount = np.zeros(len(directions)), Mount(np.array(point, dtype=float), directions)
-    write = bind(
-        "cast_rays",
-        state=sources.state,
-        point=mount.place,
-        solids=solids_of(sources.obstacles),
-        directions=mount.axes,
-        distances=values,
-        reach=reach,
+    mount: ClassVar[tuple[str, ...]] = ("place", "axes")
+    sees_obstacles: ClassVar[bool] = True
+    not_estimated: ClassVar[str] = (
+        "distances to obstacles need a map of the hall, which the nominal robot does not have"
     )
-    return Truth(values, (Operation("sensors", write),), (values,), mount)
+
+    point: Position = Field(ZERO, description="start of the rays, platform axes", json_schema_extra=unit("m"))
+    reach: Positive = Field(10.0, description="distance without an obstacle", json_schema_extra=unit("m"))
+    distance: Errors = Field(Errors(), description="errors of the distances, m")
+
+    @property
+    @abstractmethod
+    def directions(self) -> Array:
+        """Unit vectors along the rays (k, 3), platform axes."""
+
+    @property
+    def reach_limit(self) -> float:
+        """Distance without an obstacle, m."""
+        return self.reach
+
+    def truth(self, sources: Sources) -> Truth:
+        """Return the distances (k,)."""
+        directions = self.directions
+        values, mount = np.zeros(len(directions)), Mount(np.array(self.point), directions)
+        write = bind(
+            "cast_rays",
+            state=sources.state,
+            point=mount.place,
+            solids=solids_of(sources.obstacles),
+            directions=mount.axes,
+            distances=values,
+            reach=self.reach,
+        )
+        return Truth(values, (Operation("sensors", write),), (values,), mount)
+
+    def drawing(self, extent: float) -> SensorDrawing:
+        """Return the rays, of many only some."""
+        rays = self.directions
+        few = np.unique(np.rint(np.linspace(0, len(rays) - 1, min(len(rays), MOST_DRAWN))).astype(int))
+        place, column = np.array(self.point), f"{self.title}_distance"
+        return SensorDrawing(self.title, True, place, rays=rays[few], column=column, chosen=tuple(few.tolist()))
+
+    def recorded_truth(self, key: str, records: Records) -> Array | None:
+        """Return the distances."""
+        if records.solids is None:
+            return None
+        rays = self.directions
+        state, found, out = np.zeros(13), np.zeros(len(rays)), np.empty((len(records.state), len(rays)))
+        about = {"state": state, "point": np.array(self.point), "solids": records.solids}
+        cast = bind("cast_rays", **about, directions=rays, distances=found, reach=self.reach)
+        for state[:], distances in zip(records.state, out, strict=True):
+            cast()
+            distances[:] = found
+        return out
+
+
+def echoes(distances: Array, reach: float) -> Array:
+    """Return distances with infinity for those without an obstacle, as REP 117 of ROS requires."""
+    return np.where(distances >= reach, np.inf, distances)
 
 
 def ray_distances(obstacles: Sequence[Obstacle], start: ArrayLike, directions: ArrayLike, reach: float) -> Array:

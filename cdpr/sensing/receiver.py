@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import ClassVar, Literal
 
 import numpy as np
@@ -10,9 +11,13 @@ from pydantic import Field
 from cdpr.base.columns import WORLD
 from cdpr.base.fields import ZERO, Position, unit
 from cdpr.base.needs import Needs, of_sensor
+from cdpr.model.robot import Array
 from cdpr.native.bind import bind
+from cdpr.scene.sensors import SensorDrawing
 from cdpr.sensing.disturbance import Mount
 from cdpr.sensing.errors import Errors
+from cdpr.sensing.message import Message, quantity
+from cdpr.sensing.records import Records
 from cdpr.sensing.sensor import Quantity, Sensor, Sources, Truth
 from cdpr.tension.operations import Operation
 
@@ -29,6 +34,7 @@ class Receiver(Sensor):
     needs: ClassVar[Needs] = of_sensor()
     mount: ClassVar[tuple[str, ...]] = ("place",)
     quantities: ClassVar[tuple[Quantity, ...]] = (Quantity("position", 3, "m", "Position of the antenna", WORLD),)
+    measurement: ClassVar[str] = "receiver"
 
     type: Literal["receiver"] = "receiver"
     antenna: Position = Field(ZERO, description="place of the antenna, platform axes", json_schema_extra=unit("m"))
@@ -40,3 +46,19 @@ class Receiver(Sensor):
         mount = Mount(np.array(self.antenna), np.zeros((0, 3)))
         write = bind("point_on_platform", state=sources.state, point=mount.place, position=values)
         return Truth(values, (Operation("sensors", write, timed=True),), (values,), mount)
+
+    def measurement_numbers(self) -> list[float]:
+        """Return the place of the antenna."""
+        return list(self.antenna)
+
+    def drawing(self, extent: float) -> SensorDrawing:
+        """Return the antenna."""
+        return SensorDrawing(self.title, True, np.array(self.antenna))
+
+    def message(self, cables: Sequence[str]) -> Message:
+        """Return the position."""
+        return Message("geometry_msgs/PointStamped", {"point": quantity("position")}, {})
+
+    def recorded_truth(self, key: str, records: Records) -> Array:
+        """Return the positions of the antenna."""
+        return records.position + records.to_world(np.array(self.antenna))

@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
 
-from cdpr.base.fields import ZERO, Number, Position, Positive, unit
+from cdpr.base.fields import Number, unit
 from cdpr.base.needs import Needs, of_sensor
 from cdpr.model.robot import Array
-from cdpr.sensing.errors import Errors
-from cdpr.sensing.rays import ray_truth
-from cdpr.sensing.sensor import Quantity, Sensor, Sources, Truth
+from cdpr.sensing.message import Columns, Message, singles
+from cdpr.sensing.rays import RaySensor, echoes
+from cdpr.sensing.sensor import Quantity
 
 MOST_RAYS = 4096
 Angle = Annotated[Number, Field(ge=-2.0 * np.pi, le=2.0 * np.pi)]
 
 
-class Scan(Sensor):
+class Scan(RaySensor):
     """Planar scanner on the platform.
 
     Its rays are in the platform's x-y plane, from the angle `first` to `last` about z, measured from x.
@@ -32,15 +33,11 @@ class Scan(Sensor):
     """
 
     needs: ClassVar[Needs] = of_sensor()
-    mount: ClassVar[tuple[str, ...]] = ("place", "axes")
 
     type: Literal["scan"] = "scan"
-    point: Position = Field(ZERO, description="start of the rays, platform axes", json_schema_extra=unit("m"))
     first: Angle = Field(-0.75 * np.pi, description="angle of the first ray", json_schema_extra=unit("rad"))
     last: Angle = Field(0.75 * np.pi, description="angle of the last ray", json_schema_extra=unit("rad"))
     rays: Annotated[int, Field(ge=2, le=MOST_RAYS)] = Field(181, description="number of rays")
-    reach: Positive = Field(10.0, description="distance without an obstacle", json_schema_extra=unit("m"))
-    distance: Errors = Field(Errors(), description="errors of the distances, m")
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:  # type: ignore[override]
@@ -53,6 +50,18 @@ class Scan(Sensor):
         angles = np.linspace(self.first, self.last, self.rays)
         return np.column_stack([np.cos(angles), np.sin(angles), np.zeros(self.rays)])
 
-    def truth(self, sources: Sources) -> Truth:
-        """Return the distances (rays,)."""
-        return ray_truth(sources, self.point, self.directions, self.reach)
+    def message(self, cables: Sequence[str]) -> Message:
+        """Return the distances."""
+
+        def ranges(read: Columns) -> Array:  # an odd number is followed by the empty `intensities`
+            return singles(echoes(read("distance"), self.reach))
+
+        constant = {
+            "angle_min": self.first,
+            "angle_max": self.last,
+            "angle_increment": (self.last - self.first) / (self.rays - 1),
+            "scan_time": self.period,
+            "range_max": self.reach,
+            "ranges": [0.0] * self.rays,
+        }
+        return Message("sensor_msgs/LaserScan", {"ranges": ranges}, constant, framed=True)

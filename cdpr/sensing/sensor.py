@@ -8,6 +8,7 @@ they are the same on all engines.
 
 from __future__ import annotations
 
+import math
 import re
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
@@ -22,8 +23,11 @@ from cdpr.base.needs import Needs, of_sensor
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.model.shapes import Obstacle
+from cdpr.scene.sensors import SensorDrawing
 from cdpr.sensing.disturbance import Mount
 from cdpr.sensing.errors import AttitudeErrors
+from cdpr.sensing.message import Message
+from cdpr.sensing.records import Records
 from cdpr.tension.operations import Operation
 
 LONGEST = 10.0  # s: delay, jitter and period
@@ -59,6 +63,7 @@ class Quantity:
         unit: SI.
         text: short description, as the beginning of a sentence.
         frame: axes, as of a `Column`.
+        seen: key of the quantity that is 1 where these values are measured, else 0; "" if they always are.
     """
 
     key: str
@@ -66,6 +71,7 @@ class Quantity:
     unit: str
     text: str
     frame: str = ""
+    seen: str = ""
 
     @property
     def attitude(self) -> bool:
@@ -127,11 +133,18 @@ class Truth:
 class Sensor(Kind):
     """Base class of sensors.
 
+    A sensor declares its quantities and their true values. It may also declare how estimators model it, how viewers
+    draw it, its standard message, and the true values of a recorded run for plots of its errors.
+
     Attributes:
         quantities: what it measures, in the order of its values.
         rates: number of last quantities that follow from differences of the measurements before them.
         used: what the controller uses of it: "pose", "twist", "cables" or "".
         mount: what a bump can move: "place", and "axes" if it has a direction or an attitude.
+        sees_obstacles: True if the true values of a recorded run depend on the obstacles.
+        measurement: model of its measurements for estimators, see `cdpr_controllers.estimators.ekf_updates`; "" if they
+            do not use it.
+        not_estimated: reason why estimators do not use it, without a model.
     """
 
     needs: ClassVar[Needs] = of_sensor()
@@ -139,6 +152,9 @@ class Sensor(Kind):
     rates: ClassVar[int] = 0
     used: ClassVar[Used] = ""
     mount: ClassVar[tuple[str, ...]] = ()
+    sees_obstacles: ClassVar[bool] = False
+    measurement: ClassVar[str] = ""
+    not_estimated: ClassVar[str] = "the filter has no model of its measurements"
 
     name: Annotated[str, AfterValidator(_short)] | None = Field(
         None, description="name, unique among the sensors, with which its columns begin; default: its type"
@@ -204,6 +220,40 @@ class Sensor(Kind):
         """Return the true values of all quantities."""
 
     @property
+    def reach_limit(self) -> float:
+        """True value without an object to measure, which has no errors; infinite if there is always one."""
+        return math.inf
+
+    def measurement_numbers(self) -> list[float]:
+        """Return the numbers that its measurement model needs."""
+        return []
+
+    def drawing(self, extent: float) -> SensorDrawing | None:
+        """Return its drawing; None if it has no place.
+
+        Args:
+            extent: size of the robot, m.
+        """
+        return None
+
+    def message(self, cables: Sequence[str]) -> Message | None:
+        """Return its standard message; None if there is no type for it.
+
+        Args:
+            cables: names of the cables.
+        """
+        return None
+
+    def recorded_truth(self, key: str, records: Records) -> Array | None:
+        """Return the true values of a quantity at the rows of a run (K, w); None if the log does not determine them.
+
+        Args:
+            key: key of the quantity.
+            records: rows of the log.
+        """
+        return None
+
+    @property
     def with_errors(self) -> tuple[Quantity, ...]:
         """Quantities that are not rates of others."""
         return self.quantities[: len(self.quantities) - self.rates]
@@ -212,6 +262,10 @@ class Sensor(Kind):
         """Return gain, bias, noise, drift and resolution of each component (k, 5); an attitude has three."""
         rows: list[tuple[float, ...]] = []
         for each in self.with_errors:
-            own: AttitudeErrors = getattr(self, each.key, AttitudeErrors())  # such as a flag, which has no errors
-            rows += own.rows(each.components(cables))
+            rows += self.errors_of(each).rows(each.components(cables))
         return rows
+
+    def errors_of(self, quantity: Quantity) -> AttitudeErrors:
+        """Return the errors of a quantity; a flag has none."""
+        found: AttitudeErrors = getattr(self, quantity.key, AttitudeErrors())
+        return found

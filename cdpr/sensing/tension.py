@@ -8,6 +8,7 @@ erases the memory of smaller ones. Krasnosel'skii and Pokrovskii (1989), Systems
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated, ClassVar, Literal, Self
 
 import numpy as np
@@ -19,6 +20,8 @@ from cdpr.base.needs import Needs, of_sensor
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
 from cdpr.sensing.errors import Errors
+from cdpr.sensing.message import Message, quantity
+from cdpr.sensing.records import Records
 from cdpr.sensing.sensor import Quantity, Sensor, Sources, Truth
 from cdpr.tension.operations import Operation
 
@@ -69,6 +72,7 @@ class Tension(Sensor):
 
     needs: ClassVar[Needs] = of_sensor()
     quantities: ClassVar[tuple[Quantity, ...]] = (Quantity("tension", CABLES, "N", "Tension in each cable"),)
+    measurement: ClassVar[str] = "tension"
 
     type: Literal["tension"] = "tension"
     at: Literal["platform", "winch"] = Field(
@@ -87,3 +91,17 @@ class Tension(Sensor):
         memory = {"truth": values, "stops": stops, "before": before}
         write = bind("last_tensions", tension=sources.view(column), widths=widths, share=share, **memory)
         return Truth(values, (Operation("sensors", write, timed=True),), (values, before, *([stops] if share else [])))
+
+    def message(self, cables: Sequence[str]) -> Message:
+        """Return the tensions as the efforts of joints."""
+        constant = {"name": list(cables), "effort": [0.0] * len(cables)}
+        return Message("sensor_msgs/JointState", {"effort": quantity("tension")}, constant)
+
+    def recorded_truth(self, key: str, records: Records) -> Array | None:
+        """Return the tensions of the control period before each row, without hysteresis."""
+        if records.every > 1:
+            return None  # that period is not in the log
+        tensions = records.column("winch_tension") if self.at == "winch" else None
+        if tensions is None:
+            tensions = records.column("tension" if records.ideal else "cable_tension")
+        return None if tensions is None else np.concatenate([np.zeros_like(tensions[:1]), tensions[:-1]])

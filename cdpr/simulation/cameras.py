@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, cast
+from typing import Any
 
 from cdpr.base.errors import CdprError
 from cdpr.model.shapes import Hull
 from cdpr.scenario import Scenario
-
-if TYPE_CHECKING:  # imported when first used
-    from cdpr.sensing import Camera
+from cdpr.sensing.camera import Camera
 
 
 def imaging_of(scenario: Scenario) -> dict[str, Any]:
     """Return the obstacles that cameras show as plain data for the header of a run; {} without cameras."""
-    if not any(sensor.kind() == "camera" for sensor in scenario.sections.sensors):
+    if not any(isinstance(sensor, Camera) for sensor in scenario.sections.sensors):
         return {}
     obstacles = [
         {"shape": each.shape.outline, "pose": [*each.position.tolist(), *each.attitude.tolist()]}
@@ -31,17 +29,16 @@ def check_camera(scenario: Scenario, i: int) -> None:
         CdprError: if its period is not that of rows, or an obstacle cannot be drawn.
     """
     sensor = scenario.sections.sensors[i]
-    if sensor.kind() != "camera":
+    if not isinstance(sensor, Camera):
         return
     from cdpr.sensing.rendering import check_renderer  # few scenarios need this import
 
-    camera = cast("Camera", sensor)
-    check_renderer(camera.renderer)
+    check_renderer(sensor.renderer)
     step = scenario.simulation.control_step
-    every = round(camera.period / step)
+    every = round(sensor.period / step)
     if every % scenario.log_every:
         row = scenario.log_every * step
-        raise CdprError(f"period: expected an integer multiple of log.step, {row:g} s, got {camera.period:g} s")
+        raise CdprError(f"period: expected an integer multiple of log.step, {row:g} s, got {sensor.period:g} s")
     for each in scenario.obstacles:
         if isinstance(each.shape, Hull):
             raise CdprError(

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from cdpr.base.columns import FIRST, GROUPS, Column, clash
-from cdpr.base.errors import PluginError
+from cdpr.base.errors import CdprError, PluginError
 from cdpr.cables import bends, has_drums, has_steppers, rubs, takes_lengths
 from cdpr.cables.motor import is_electrical
 from cdpr.log.layout import Layout, implied_columns
@@ -16,7 +16,7 @@ from cdpr.model.robot import Array
 from cdpr.plugins import Backend, Controller, TensionSolver
 from cdpr.plugins.registry import Registered, Role
 from cdpr.scenario import Scenario
-from cdpr.scenario.events import mass_changes
+from cdpr.scenario.events import logged_mass_changes
 from cdpr.simulation.loop_part import LoopPart, perceived_differs
 from cdpr.simulation.loop_parts import loop_parts
 
@@ -35,7 +35,7 @@ CONDITIONS: dict[str, Callable[[Scenario, Sequence[LoopPart]], bool]] = {
     "sagging": lambda scenario, parts: bends(scenario.robot),
     "later": lambda scenario, parts: True,
     "perceived": lambda scenario, parts: perceived_differs(scenario.nominal, parts),
-    "loaded": lambda scenario, parts: bool(mass_changes(scenario.events)),
+    "loaded": lambda scenario, parts: logged_mass_changes(scenario.events),
 }
 
 
@@ -61,6 +61,7 @@ def columns_of(scenario: Scenario) -> tuple[Column, ...]:
 
     Raises:
         PluginError: if two columns have one name, in the log or in an export.
+        CdprError: if one of the two is that of a sensor.
     """
     chosen = chosen_plugins(scenario)
     declared = [replace(column, owner=role) for role, entry in chosen.items() for column in entry.info.columns]
@@ -71,15 +72,19 @@ def columns_of(scenario: Scenario) -> tuple[Column, ...]:
     more = (*grouped, *of_parts, *declared)
     found = clash((*FIRST, *more), tuple(cable.name for cable in scenario.robot.cables))
     if found is not None:
-        titles: dict[str, str] = {
-            "": "every run",
-            **{role: f"{role} '{entry.info.name}'" for role, entry in chosen.items()},
-        }
+        of_sensors = {column.name: each.title for each in scenario.sections.sensors for column in each.columns}
+
+        titles: dict[str, str] = {role: f"{role} '{entry.info.name}'" for role, entry in chosen.items()}
+
+        def whose(column: Column) -> str:
+            of_run = f"sensor '{of_sensors[column.name]}'" if column.name in of_sensors else "every run"
+            return titles.get(column.owner, of_run)
+
         one, other, word = found
-        raise PluginError(
-            f"column '{other.name}' of {titles[other.owner]} and column '{one.name}' of {titles[one.owner]} would both "
-            f"be '{word}' in a table: choose another plugin for one of the two, or rename its column"
-        )
+        both = f"column '{other.name}' of {whose(other)} and column '{one.name}' of {whose(one)} would both be '{word}'"
+        if any(not each.owner and each.name in of_sensors for each in (one, other)):
+            raise CdprError(f"sensors: {both} in a table: choose another name for the sensor")
+        raise PluginError(f"{both} in a table: choose another plugin for one of the two, or rename its column")
     return more
 
 

@@ -53,6 +53,17 @@ def period_of(controller: Controller) -> int:
     return int(period)
 
 
+def add_inner_loop(controller: Controller, stage: TensionStage, distributed: Array) -> None:
+    """Let a stage send the tensions of the controller's inner loop, which then has `distributed` (m,) as its input."""
+    tension = stage.live.tension
+    correct = controller.inner_loop(read_only(distributed), tension)
+    if correct is not None:
+        before = bind("copy", source=distributed, target=tension)
+        after = bind("copy", source=tension, target=distributed)
+        stage.operations.insert(0, Operation("distribution", before))
+        stage.operations += [Operation("distribution", after), Operation("controller", correct, timed=True)]
+
+
 class ControllerCalls(SnapshotOfArrays):
     """Controller that is called every `period` control steps, with its output held in between.
 
@@ -117,15 +128,8 @@ class ControllerCalls(SnapshotOfArrays):
 
         The policy `hold_tension` holds the distributed ones.
         """
-        if not self._corrects:
-            return
-        distributed, tension = self._distributed, stage.live.tension
-        correct = self._controller.inner_loop(read_only(distributed), tension)
-        if correct is not None:
-            before = bind("copy", source=distributed, target=tension)
-            after = bind("copy", source=tension, target=distributed)
-            stage.operations.insert(0, Operation("distribution", before))
-            stage.operations += [Operation("distribution", after), Operation("controller", correct, timed=True)]
+        if self._corrects:
+            add_inner_loop(self._controller, stage, self._distributed)
 
     def record(self, stage: TensionStage | CommandStage) -> None:
         """Let a stage store the tensions as sent, before faults act on them, if something reads them."""

@@ -4,6 +4,7 @@
 #include <cdpr/cholesky.hpp>
 #include <cdpr/field.hpp>
 #include <cdpr/rotation.hpp>
+#include <cdpr/status.hpp>
 #include <cdpr/strip.hpp>
 
 namespace cdpr::CDPR_TARGET {
@@ -44,16 +45,34 @@ template <class T> inline int start_estimate(EstimateStart<T>& p) {
     return 0;
 }
 
+template <class T> struct EstimatedAttitude {
+    const T* estimate;  // (13)
+    static constexpr char fields[] = "estimate(13)";
+};
+
+// Largest difference of a squared norm from 1: far above round-off.
+constexpr double NOT_UNIT = 1e-6;
+
+// Return BAD_INPUT if the quaternion of an estimate is finite, but has not the norm 1.
+template <class T> inline int not_unit(EstimatedAttitude<T>& p) {
+    const T* const q = p.estimate + 3;
+    const T apart = q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3] - T(1.0);
+    return code(select(absolute(apart) > T(NOT_UNIT), T(double(BAD_INPUT)), T(double(OK))));
+}
+
 template <class T> struct EstimateError {
     const T* state;       // (13), true state
     const T* estimate;    // (13)
     const T* covariance;  // (12, 12), as `Estimator.covariance`
     T* sigma;             // (12), standard deviations
-    T* nees;              // (1), normalised estimation error squared; NaN if the covariance is singular
+    T* nees;              // (1), normalised estimation error squared; NaN if the covariance is none, or singular
     T* factor;            // (12, 12), work space
     static constexpr char fields[] =
         "state(13), estimate(13), covariance(12, 12), sigma(12), nees(1), work factor(12, 12)";
 };
+
+// Largest difference of two opposite entries of a covariance, as a share of the standard deviations: round-off.
+constexpr double ASYMMETRY = 1e-9;
 
 // Write standard deviations and e^T P^-1 e of the errors that have a variance: Bar-Shalom, Li, Kirubarajan, Estimation
 // with Applications to Tracking and Navigation (2001), eq. 5.4.2-2.
@@ -72,6 +91,11 @@ template <class T> inline int judge_estimate(EstimateError<T>& p) {
     Truth<T> some = false, regular = true;
     for (int k = 0; k < 12; k++) {
         const T variance = p.covariance[13 * k], left = p.factor[13 * k];
+        for (int i = k; i < 12; i++) {
+            const T apart = p.covariance[12 * i + k] - p.covariance[12 * k + i];
+            const T most = T(ASYMMETRY * ASYMMETRY) * variance * p.covariance[13 * i];
+            regular = regular & (variance >= zero) & (apart * apart <= most);
+        }
         const Truth<T> varies = variance > zero;
         if (!any(varies)) continue;
         some = some | varies;

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
 
@@ -87,6 +87,7 @@ class Estimation(LoopPart):
     """
 
     name = "estimation"
+    section = "estimator"
     needs = of_estimator()
     writes = frozenset({"seen"})
     reads_commands = True
@@ -150,6 +151,7 @@ class Estimation(LoopPart):
             *arrivals,
             Operation("estimator", begin),
             *self._estimating(out),
+            Operation("estimator", bind("not_unit", estimate=out), self._refuse_attitude(out[3:7])),
             Operation("estimator", bind("copy", source=out, target=surroundings.seen)),
             *self._judging(surroundings, out),
         ]
@@ -164,9 +166,15 @@ class Estimation(LoopPart):
 
     def _refuse_code(self, code: int) -> None:
         raise PluginError(
-            f"the estimator '{self._entry.info.name}' failed: its compiled operation returned {code}, expected 0. If "
-            "the estimate diverged, check its options, its start and the noise of the sensors"
+            f"the estimator '{self._entry.info.name}' failed: its compiled operation returned {code}, expected 0"
         )
+
+    def _refuse_attitude(self, quaternion: Array) -> Callable[[int], None]:
+        def refuse(_: int) -> None:
+            text = f"the estimator '{self._entry.info.name}' wrote the quaternion {quaternion.tolist()}"
+            raise PluginError(f"{text}: expected the norm 1")
+
+        return refuse
 
     def _judging(self, surroundings: Surroundings, out: Array) -> list[Operation]:
         """Return the operations that write the columns about the uncertainty of the estimate."""

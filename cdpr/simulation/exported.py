@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from typing import Any
 
 import numpy as np
@@ -22,8 +23,9 @@ from cdpr.plugins.registry import registry
 from cdpr.scenario import Scenario
 from cdpr.simulation.build import output_of
 from cdpr.simulation.columns import chosen_plugins
-from cdpr.simulation.controller_calls import corrects, observes, period_of
-from cdpr.simulation.exported_sensors import exported_sensors
+from cdpr.simulation.controller_calls import add_inner_loop, corrects, observes, period_of
+from cdpr.simulation.exported_sensors import ExportedSensors
+from cdpr.simulation.exported_start import exported_start
 from cdpr.simulation.exported_winding import ExportedWinding
 from cdpr.simulation.needs import require
 from cdpr.tension.command import CommandStage
@@ -49,22 +51,20 @@ def control_of(scenario: Scenario, use: str = "controller_fmu") -> Control:
     require(scenario, use)
     chosen = chosen_plugins(scenario)
     step, gravity = scenario.simulation.control_step, np.array(scenario.world.gravity)
-    controller = chosen["controller"].make(scenario.robot, gravity, step, scenario.controller_options)
-    try:
+    with ExitStack() as opened:
+        controller = chosen["controller"].make(scenario.robot, gravity, step, scenario.controller_options)
+        opened.callback(controller.close)
+        if isinstance(controller, Controller):
+            controller.use_sensors({sensor.title: sensor.nominal for sensor in scenario.sections.sensors})
         output = output_of(chosen["controller"], controller, commands_of(scenario.robot))
-        if observes(controller) or corrects(controller) or period_of(controller) > 1:
-            raise CdprError(
-                f"the controller '{scenario.controller.type}' uses further inputs (such as measurements), corrects the "
-                "distributed tensions, or has a period of several control steps, so it cannot be exported: choose "
-                "another (--set controller.type=NAME)"
-            )
+        _check_controller(scenario, controller, use)
         names, solver = [scenario.controller.type], None
         if output == "wrench":
             solver = chosen["solver"].make(scenario.controlled_robot, scenario.solver_options)
             names.append(scenario.solver.type)
         desired = np.zeros(19)
         scenario.desired.sampler(desired)(0.0)
-        pipeline, own = _pipeline(scenario, controller, output, solver, use)
+        pipeline, own, sensors = _pipeline(scenario, controller, output, solver, use, opened)
         tunable = controller.tunable()
         return Control(
             names=names,
@@ -74,9 +74,23 @@ def control_of(scenario: Scenario, use: str = "controller_fmu") -> Control:
             own=own,
             control_step=step,
             desired=desired,
+            columns=[each.column for each in sensors.outputs] if sensors else (),
+            unused=sensors.unused if sensors else (),
         )
-    finally:
-        controller.close()
+
+
+def _check_controller(scenario: Scenario, controller: Controller, use: str) -> None:
+    """Raise CdprError if an export does not support the inputs or the period of a controller."""
+    name, remedy = scenario.controller.type, "choose another (--set controller.type=NAME)"
+    if period_of(controller) > 1:
+        raise CdprError(
+            f"the controller '{name}' has a period of several control steps, so it cannot be exported: {remedy}"
+        )
+    if use != "controller_fmu" and (observes(controller) or corrects(controller)):
+        raise CdprError(
+            f"the controller '{name}' uses further inputs (such as measurements) or corrects the distributed tensions, "
+            f"so only an FMU of the plant with its controller can contain it: {remedy}"
+        )
 
 
 def loads_of(scenario: Scenario) -> tuple[Load, ...]:
@@ -87,36 +101,46 @@ def loads_of(scenario: Scenario) -> tuple[Load, ...]:
 
 
 def _pipeline(
-    scenario: Scenario, controller: Controller, output: Output, solver: TensionSolver | None, use: str
-) -> tuple[ExportedPipeline, Mapping[str, Own]]:
-    """Return the pipeline of a control step, and the operations that are not in the kernel library."""
+    scenario: Scenario,
+    controller: Controller,
+    output: Output,
+    solver: TensionSolver | None,
+    use: str,
+    opened: ExitStack,
+) -> tuple[ExportedPipeline, Mapping[str, Own], ExportedSensors | None]:
+    """Return the pipeline of a control step, the operations that are not in the kernel library, and the sensors."""
     robot = scenario.controlled_robot
-    state, desired, measured = np.zeros(13), np.zeros(19), np.zeros((2, robot.m))
-    live = Present.of(robot.m)
-    seen, sensing = exported_sensors(scenario, state) if use == "controller_fmu" else (state, [])
+    state, desired, lines = np.zeros(13), np.zeros(19), line_table(robot)
+    live, cables = Present.of(robot.m), Cables.of(robot)
+    sensors = ExportedSensors(scenario, state, live, cables) if use == "controller_fmu" else None
+    if sensors:
+        opened.callback(sensors.close)
+    seen, measured = (sensors.seen, sensors.seen_cables) if sensors else (state, np.zeros((2, robot.m)))
     own: dict[str, Own] = {}
     controller.connect(live.report)
     controller.sense(measured)
+    if sensors:
+        sensors.show(controller)
     stage: TensionStage | CommandStage
-    lines = line_table(robot)
-    winding = ExportedWinding(scenario, lines, seen, measured) if takes_lengths(scenario.robot) else None
+    winding = None
+    if takes_lengths(scenario.robot):
+        _, lengths, start = exported_start(scenario)
+        assert lengths is not None
+        assert start is not None
+        winding = ExportedWinding(scenario, lines, seen, measured, start, lengths)
     if winding is not None and output == "winch":
         given = {**winding.arguments, "start": winding.start}
-        stage = WinchStage(robot, scenario.solver.infeasible, live, Cables.of(robot), given)
+        stage = WinchStage(robot, scenario.solver.infeasible, live, cables, given)
         out = stage.command
     elif solver is None:
-        stage = CommandStage(robot, scenario.solver.infeasible, live)
+        stage = CommandStage(robot, scenario.solver.infeasible, live, cables)
         out = stage.command
     else:
-        stage, out = _stage(scenario, solver, live), live.wrench
+        stage, out = _stage(scenario, solver, live, cables), live.wrench
+        if corrects(controller):
+            add_inner_loop(controller, stage, np.zeros(robot.m))
     law = _compiled("controller", scenario.controller.type, controller.compiled, controller.control, seen, desired, out)
-    if sensing:  # lengths are true, and the wrench matrix is that at the seen pose
-        unread = {"matrix": np.zeros((6, robot.m)), "length": measured[0], "rate": measured[1]}
-        sensing.append(Call(bind("geometry", lines=lines, state=state, **unread)))
-    lengths = np.zeros((2, robot.m)) if sensing else measured
     calls = [
-        *sensing,
-        Call(bind("geometry", lines=lines, state=seen, matrix=live.W, length=lengths[0], rate=lengths[1])),
         Call(law, entry=_own_entry("controller", controller, law, own)),
         Call(bind("not_finite", values=out), FINITE),
         *_calls(stage.operations, solver, own),
@@ -126,6 +150,12 @@ def _pipeline(
         named |= {"unwound": winding.unwound, "winch_command": winding.command, "drive": winding.drive}
         if output != "winch":
             calls.append(Call(winding.winds(live.tension)))
+    if sensors:
+        calls = [*sensors.calls(lines, winding.command if winding else None, calls), *calls]
+        named |= sensors.named
+    else:
+        geometry = {"matrix": live.W, "length": measured[0], "rate": measured[1]}
+        calls = [Call(bind("geometry", lines=lines, state=seen, **geometry)), *calls]
     if any(load.body.known for load in loads_of(scenario)):
         if "inertial" not in getattr(law, "given", {}):
             raise CdprError(
@@ -145,10 +175,12 @@ def _pipeline(
         pipeline.links.append(
             Link(f"controller.{name}", 0, tunable.array.size, array, place, per_step=tunable.per_step)
         )
-    return pipeline, own
+    for column, values in sensors.outputs if sensors else ():
+        pipeline.links.append(Link(column.name, 0, values.size, *translation.where(values)))
+    return pipeline, own, sensors
 
 
-def _stage(scenario: Scenario, solver: TensionSolver, live: Present) -> TensionStage:
+def _stage(scenario: Scenario, solver: TensionSolver, live: Present, cables: Cables) -> TensionStage:
     name = scenario.solver.type
 
     def compiled(*given: Array) -> Any:
@@ -156,7 +188,10 @@ def _stage(scenario: Scenario, solver: TensionSolver, live: Present) -> TensionS
 
     respects = bool(registry().get("solver", name).info.properties.get("respects_bounds", True))
     stage = TensionStage(
-        scenario.controlled_robot, StageSolver(solver.solve, name, respects, scenario.solver.infeasible, compiled), live
+        scenario.controlled_robot,
+        StageSolver(solver.solve, name, respects, scenario.solver.infeasible, compiled),
+        live,
+        cables,
     )
     stage.refusal = "not reported by FMUs"  # the operation itself then replaces a rejected answer
     return stage

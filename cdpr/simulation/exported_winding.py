@@ -28,9 +28,16 @@ class ExportedWinding:
             start.
         arguments: arrays of the operations by name.
         start: (m,), N, tensions at the start.
+
+    Args:
+        scenario: scenario.
+        lines, state, sensed: lines of the cables, seen state (13,), and seen lengths and rates (2, m), live.
+        start, lengths: (m,), N, tensions at the start, and lengths as `start_lengths` returns.
     """
 
-    def __init__(self, scenario: Scenario, lines: Array, state: Array, sensed: Array) -> None:
+    def __init__(
+        self, scenario: Scenario, lines: Array, state: Array, sensed: Array, start: Array, lengths: Array
+    ) -> None:
         robot, nominal = scenario.robot, scenario.nominal or scenario.robot
         self.unwound, self.command, self.drive = np.full(robot.m, np.nan), np.zeros(robot.m), np.zeros(robot.m)
         self.arguments: dict[str, Any] = {
@@ -45,8 +52,8 @@ class ExportedWinding:
             "drive": self.drive,
             "period": scenario.simulation.control_step,
         }
-        self.start = holding_tensions(scenario)
-        self.drive[:] = start_lengths(scenario, self.start)
+        self.start = start
+        self.drive[:] = lengths
 
     def winds(self, tension: Array) -> Any:
         """Return the operation that converts tensions (m,)."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Protocol
 
 import numpy as np
@@ -108,15 +108,20 @@ class Command:
 
     def check_lengths(self) -> None:
         """Raise CdprError, and omit the accepted command from the record, if one of its lengths is out of range."""
-        given = self._view.tolist()
-        lengths = given if len(self.cables) == len(given) else [given[i] for i in self.cables]
-        if min(lengths) > 0.0 and max(lengths) <= MAX_UNWOUND:
-            return
-        self._used[0] -= 1
-        name, value = next((name, given[i]) for i, name in self.cables.items() if not 0.0 < given[i] <= MAX_UNWOUND)
-        raise CdprError(
-            f"{self.kind}: cable '{name}': expected more than 0 and at most {MAX_UNWOUND:g} m, got {value:g}"
-        )
+        try:
+            check_lengths(self.kind, self._view.tolist(), self.cables)
+        except CdprError:
+            self._used[0] -= 1
+            raise
+
+
+def check_lengths(kind: Kind, given: Sequence[float], cables: dict[int, str]) -> None:
+    """Raise CdprError if a command of a length is out of range; `cables` are those, by number and name."""
+    lengths = given if len(cables) == len(given) else [given[i] for i in cables]
+    if not lengths or (min(lengths) > 0.0 and max(lengths) <= MAX_UNWOUND):
+        return
+    name, value = next((name, given[i]) for i, name in cables.items() if not 0.0 < given[i] <= MAX_UNWOUND)
+    raise CdprError(f"{kind}: cable '{name}': expected more than 0 and at most {MAX_UNWOUND:g} m, got {value:g}")
 
 
 class ExternalCommands:
@@ -172,8 +177,8 @@ class ExternalCommands:
         if n > left:
             remedy = f"take {left} steps with them and then others without" if left else "omit them"
             raise CdprError(
-                f"{where}: the robot stops at {self.end * self._loop.parts.control_step:g} s, and from then on wrench "
-                f"and tension cannot replace the answers of controller and solver: {remedy}"
+                f"{where}: the robot stops at {self.end * self._loop.parts.control_step:g} s, and from then on "
+                f"wrenches and commands cannot replace the answers of controller and solver: {remedy}"
             )
 
     def command(self, kind: Kind) -> Command:

@@ -12,7 +12,7 @@ import numpy as np
 
 from cdpr.base.version import VERSION
 from cdpr.cables import exits_of, spans_of
-from cdpr.log.header import Header
+from cdpr.log.header import SOLIDS, Header
 from cdpr.mechanics.reach import bounds_of
 from cdpr.model import rotations
 from cdpr.native.operations import kernels_version
@@ -79,6 +79,7 @@ def make_header(scenario: Scenario) -> Header:
         tool=scenario.trajectory.tool or "",
         believed=scenario.nominal_differences,
         imaging=imaging_of(scenario),
+        estimator="" if scenario.estimator is None else scenario.estimator.type,
         works=works_of(scenario),
         sensors=sensor_sections(scenario),
     )
@@ -89,8 +90,8 @@ def sensor_sections(scenario: Scenario) -> tuple[dict[str, Any], ...]:
     sections: list[dict[str, Any]] = []
     for each in scenario.sections.sensors:
         sections.append({**each.model_dump(mode="json"), "name": each.title})
-        if "reach" in sections[-1]:  # the obstacles that its rays meet
-            sections[-1]["solids"] = solids_of(scenario.obstacles).tolist()
+        if each.sees_obstacles:
+            sections[-1][SOLIDS] = solids_of(scenario.obstacles).tolist()
     return tuple(sections)
 
 

@@ -9,9 +9,10 @@ winches and cables, on the backend `reference` with the integration scheme of th
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -28,6 +29,7 @@ from cdpr.simulation.late_measurements import LateMeasurements, ignored_errors, 
 from cdpr.simulation.linear_map import Linearised
 from cdpr.simulation.linearised_scenario import NotLinearisedError, held_scenario
 from cdpr.simulation.loop import Loop
+from cdpr.simulation.renewal import renew
 from cdpr.simulation.small_steps import SMALL, counted_places
 from cdpr.tension.status import Status
 
@@ -48,6 +50,55 @@ ITERATIONS = 30  # of Newton's method for the state of rest
 FARTHEST = 0.05  # change of the platform in an iteration, relative to the scales
 
 
+class Linearisation:
+    """Linearisations of the loop of a scenario, without its motion and events, at several poses.
+
+    The loop is built once, if its next start differs in numbers only.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        self._scenario, self._late = scenario, late_measurements(scenario)
+        self._opened = ExitStack()
+        self._loop: Loop | None = None
+        self._held = scenario
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._opened.close()
+
+    def at(self, pose: Array, *, response: bool = False) -> Linearised:
+        """Linearise about the state of rest near a pose, with the arguments and errors of `linearise`."""
+        held = held_scenario(self._scenario, pose)
+        try:
+            loop = self._loop_of(held)
+            loop.warm_up(held.initial.state())
+            found = _Period(loop, held, self._late).linearised(response)
+            small = (SMALL,) if has_steppers(self._scenario.robot) else ()
+            return replace(found, notes=(*found.notes, *small, *ignored_errors(self._scenario)))
+        except CdprError:
+            raise
+        except Exception as error:
+            if {chosen_plugins(held)[role].distribution for role in ("controller", "solver")} == {OWN}:
+                raise
+            raise NotLinearisedError(f"a plugin raised {one_line(error)}") from error
+
+    def _loop_of(self, held: Scenario) -> Loop:
+        """Return the loop of a scenario at rest: that of the pose before, or a new one."""
+        before, self._held = self._held, held
+        loop, self._loop = self._loop, None
+        if loop is None or not renew(loop, before, held):
+            self._opened.close()
+            parts = build(held)
+            self._opened.callback(parts.controller.close)
+            self._opened.callback(parts.backend.close)
+            loop = Loop(parts)
+            self._opened.callback(loop.close)
+        self._loop = loop
+        return loop
+
+
 def linearise(scenario: Scenario, pose: Array, *, response: bool = False) -> Linearised:
     """Linearise the loop of a scenario, without its motion and events, about its state of rest near a pose.
 
@@ -61,24 +112,8 @@ def linearise(scenario: Scenario, pose: Array, *, response: bool = False) -> Lin
             plugin raises an exception.
         SimulationStopped: if the loop stops at this pose.
     """
-    held, late = held_scenario(scenario, pose), late_measurements(scenario)
-    with ExitStack() as opened:
-        parts = build(held)
-        opened.callback(parts.controller.close)
-        opened.callback(parts.backend.close)
-        try:
-            loop = Loop(parts)
-            opened.callback(loop.close)
-            loop.warm_up(held.initial.state())
-            found = _Period(loop, held, late).linearised(response)
-            small = (SMALL,) if has_steppers(scenario.robot) else ()
-            return replace(found, notes=(*found.notes, *small, *ignored_errors(scenario)))
-        except CdprError:
-            raise
-        except Exception as error:
-            if {chosen_plugins(held)[role].distribution for role in ("controller", "solver")} == {OWN}:
-                raise
-            raise NotLinearisedError(f"a plugin raised {one_line(error)}") from error
+    with Linearisation(scenario) as linearisation:
+        return linearisation.at(pose, response=response)
 
 
 def decay_rate(scenario: Scenario, pose: Array) -> float:
@@ -118,19 +153,19 @@ class _Period:
         kept = {id(array) for array in (parts.backend.command, parts.backend.external, *winches)}
         motion = {id(array) for array in parts.backend.arrays} - kept  # type: ignore[attr-defined]
         self._kept = [(array.copy(), array) for array in loop.memory if id(array) not in motion]
-        self._turned = np.array([rotations.multiply(q, self._pose[3:]) for q in np.eye(4)]).T  # q q0 as a matrix on q
+        self._back = rotations.conjugate(self._pose[3:]).tolist()
         self._step = scenario.simulation.physics_step
         self._period = self._calls * parts.control_step
         size = float(lengths(robot, scenario.initial.state()).max())
         pose = np.where(np.arange(6) < 3, size, 1.0)
-        self._free = np.array([*robot.rows, *(6 + row for row in robot.rows)])
+        self._free = [*robot.rows, *(6 + row for row in robot.rows)]
         states, kinds = self._winch_coordinates(size)
         memory = [np.maximum(np.abs(array), 1.0) for array in self._memory]
         own = sum(map(len, memory))
         self.scale = np.concatenate([pose[[*robot.rows]], pose[[*robot.rows]] / self._period, states, *memory])
         self.names = (*robot.dof, *(f"{name}'" for name in robot.dof), *kinds, *["controller"] * own)
         self._plant = len(self._free) + len(states)
-        self._motion, self._start = np.zeros(12), np.zeros(13)  # work space
+        self._still, self._start = [*self._pose[:3].tolist(), *[0.0] * 9], np.zeros(13)
         ends = np.cumsum([len(self._free), *map(len, (states, *self._memory))]).tolist()
         arrays: list[tuple[Array, Any]] = [(array, slice(None)) for array in self._memory]
         arrays.insert(0, (np.zeros(0) if self._winches is None else self._winches.state, self._winding))
@@ -260,7 +295,7 @@ class _Period:
             full = np.zeros(6)
             full[list(self._robot.rows)] = shift
             self._loop.desired[:3] = self._pose[:3] + full[:3]
-            self._loop.desired[3:7] = self._turned @ _turn(full[3:])
+            self._loop.desired[3:7] = _product(_turn(full[3:].tolist()), self._pose[3:].tolist())
         self._advance()
         return np.asarray(self._state() / self.scale)
 
@@ -276,22 +311,20 @@ class _Period:
             self._loop.advance()
 
     def _state(self) -> Array:
-        state, motion, found = self._backend.state, self._motion, np.empty(len(self.scale))
-        motion[:3], motion[6:] = state[:3], state[7:]
-        motion[3:6] = _rotation_vector(state[3:7] @ self._turned)
-        motion.take(self._free, out=found[: len(self._free)], mode="clip")
+        state, found = self._backend.state.tolist(), np.empty(len(self.scale))  # a list is faster than small arrays
+        motion = [*state[:3], *_rotation_vector(_product(state[3:7], self._back)), *state[7:]]
+        found[: len(self._free)] = [motion[j] for j in self._free]
         for span, array, where in self._others:
             found[span] = array[where]
         return found
 
     def _put(self, x: Array) -> None:
         """Set the state of the loop; all else is as after the first period."""
-        motion, state = self._motion, self._start
-        motion[:3], motion[3:] = self._pose[:3], 0.0
-        motion[self._free] = x[: len(self._free)]
-        state[:3], state[7:] = motion[:3], motion[6:]
-        np.dot(self._turned, _turn(motion[3:6]), out=state[3:7])
-        self._backend.reset(state)
+        motion = self._still.copy()
+        for j, value in zip(self._free, x[: len(self._free)].tolist(), strict=True):
+            motion[j] = value
+        self._start[:] = [*motion[:3], *_product(_turn(motion[3:6]), self._pose[3:].tolist()), *motion[6:]]
+        self._backend.reset(self._start)
         for copy, array in self._kept:
             array[:] = copy
         self._loop.pipeline.place = self._place
@@ -323,14 +356,28 @@ class _Period:
         return tuple(notes)
 
 
-def _rotation_vector(q: Array) -> Array:
-    """Return the rotation vector (3,), rad, of a quaternion w, x, y, z of a rotation below half a turn."""
-    sine = math.sqrt(q[1:] @ q[1:])
-    half = math.atan2(sine, q[0])
-    return np.asarray(q[1:] * (2.0 * half / sine if sine > 0.0 else 2.0))
+def _product(p: Sequence[float], q: Sequence[float]) -> list[float]:
+    """Return the product of two quaternions w, x, y, z."""
+    (a, b, c, d), (w, x, y, z) = p, q
+    return [
+        a * w - b * x - c * y - d * z,
+        a * x + b * w + c * z - d * y,
+        a * y - b * z + c * w + d * x,
+        a * z + b * y - c * x + d * w,
+    ]
 
 
-def _turn(vector: Array) -> Array:
-    """Return the quaternion of a rotation vector (3,), rad."""
-    half = 0.5 * math.sqrt(vector @ vector)
-    return np.array([math.cos(half), *(vector * (0.5 * math.sin(half) / half if half > 0.0 else 0.5))])
+def _rotation_vector(q: Sequence[float]) -> list[float]:
+    """Return the rotation vector (3), rad, of a quaternion w, x, y, z of a rotation below half a turn."""
+    w, x, y, z = q
+    sine = math.sqrt(x * x + y * y + z * z)
+    share = 2.0 * math.atan2(sine, w) / sine if sine > 0.0 else 2.0
+    return [share * x, share * y, share * z]
+
+
+def _turn(vector: Sequence[float]) -> list[float]:
+    """Return the quaternion of a rotation vector (3), rad."""
+    x, y, z = vector
+    half = 0.5 * math.sqrt(x * x + y * y + z * z)
+    share = 0.5 * math.sin(half) / half if half > 0.0 else 0.5
+    return [math.cos(half), share * x, share * y, share * z]

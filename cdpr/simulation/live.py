@@ -111,7 +111,8 @@ class Interventions(ABC):
         """Attach a rigid body to the platform from now on, like the event `payload`.
 
         The energy balance of the run is not judged afterwards, unless the scenario itself contains such an event: only
-        then has the run the column `load_energy`.
+        then has the run the column `load_energy`. Otherwise the event gets `log_energy: false`, so that a saved session
+        has the same columns; a repeat without this key logs the energy.
 
         Args:
             mass: mass, kg.
@@ -125,7 +126,8 @@ class Interventions(ABC):
         """
         keys = {"mass": mass, "center": _vector(center, "attach: center"), "duration": duration, "known": known}
         tensor = checked(inertia, (6,), "attach: inertia", finite=True).tolist()
-        return self._do("attach", Payload, {**keys, "inertia": tensor})
+        logged = None if self._loop.layout.has("loaded") else False
+        return self._do("attach", Payload, {**keys, "inertia": tensor, "log_energy": logged})
 
     def release(self, push: Wrench | Payload) -> None:
         """End a wrench that `push` returned, or detach a body that `attach` returned, now."""

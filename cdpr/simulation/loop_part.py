@@ -68,6 +68,7 @@ class LoopPart:
 
     Attributes:
         name: name of the part in messages, in `run.json` and of its operations; unique in the loop.
+        section: key of its section in a scenario, if it differs from the name.
         columns: columns that it adds to a row: those of a group in `cdpr.base.columns.GROUPS`, for the documentation.
         arrays: its memory besides the streams, live.
         writes: "seen" or "seen_cables" or both, if operations of `observed` write these arrays of `Surroundings`.
@@ -99,6 +100,7 @@ class LoopPart:
     """
 
     name: str = ""
+    section: str = ""
     columns: tuple[Column, ...] = ()
     arrays: tuple[Array, ...] = ()
     writes: frozenset[str] = frozenset()

@@ -18,7 +18,7 @@ from cdpr.scenario import Scenario
 from cdpr.simulation.build import check_cables
 from cdpr.simulation.columns import chosen_plugins
 from cdpr.simulation.linear_map import Linearised
-from cdpr.simulation.linearised import linearise
+from cdpr.simulation.linearised import Linearisation, linearise
 from cdpr.simulation.poles import (
     PHYSICS_STEP,
     STABLE,
@@ -58,29 +58,38 @@ def loop_problems(scenario: Scenario) -> tuple[str, list[tuple[Path, str]]]:
     """
     found = dict(_steps_along_motion(scenario))
     known = STABLE
-    for where, pose in rest_poses(scenario).items():
-        try:
-            loop = linearise(scenario, pose, response=takes_lengths(scenario.robot))
-        except CdprError as error:
-            reason = str(error).replace(INITIAL, f"at the {where}")  # at which the loop was built
-            if isinstance(error, StepTooLongError):  # only at this pose, or the scenario is rejected
-                found[PHYSICS_STEP] = reason.removeprefix(STEP)
-            return f"{NOT_COMPUTED}{reason}", list(found.items())
-        here = verdict(loop)
-        known = max(known, here, key=WORSE.index)
-        worst = poles(loop)[0] if len(loop.A) else None
-        if worst is not None and worst.value.real > 0.0 and here in (UNSTABLE, UNDECIDED):
-            be = "is" if here == UNSTABLE else "may be"
-            mode = f"{_growth(worst.value)} and moves {', '.join(worst.moves)}"
-            text = f"the closed loop {be} unstable at rest at the {where}: {mode}; {_remedies(scenario, pose)}"
-            found.setdefault(("controller",), text)
-        for path, text in sampling(loop, scenario):
-            found.setdefault(path, text)
-        if here == STABLE and (text := _slowness(scenario, loop)):
-            found.setdefault(("controller",), f"{text} at the {where}: {SLOW_REMEDIES}")
-        if here == UNSTABLE:
-            break
+    with Linearisation(scenario) as linearisation:
+        for where, pose in rest_poses(scenario).items():
+            try:
+                loop = linearisation.at(pose, response=takes_lengths(scenario.robot))
+            except CdprError as error:
+                reason = str(error).replace(INITIAL, f"at the {where}")  # at which the loop was built
+                if isinstance(error, StepTooLongError):  # only at this pose, or the scenario is rejected
+                    found[PHYSICS_STEP] = reason.removeprefix(STEP)
+                return f"{NOT_COMPUTED}{reason}", list(found.items())
+            here = verdict(loop)
+            known = max(known, here, key=WORSE.index)
+            for path, text in _problems(scenario, pose, where, loop, here):
+                found.setdefault(path, text)
+            if here == UNSTABLE:
+                break
     return known, list(found.items())
+
+
+def _problems(scenario: Scenario, pose: Array, where: str, loop: Linearised, here: str) -> Iterator[tuple[Path, str]]:
+    """Yield the problems of a loop with a verdict at a pose, with their keys."""
+    modes = poles(loop)
+    worst = modes[0] if modes else None
+    if worst is not None and worst.value.real > 0.0 and here in (UNSTABLE, UNDECIDED):
+        be = "is" if here == UNSTABLE else "may be"
+        mode = f"{_growth(worst.value)} and moves {', '.join(worst.moves)}"
+        yield (
+            ("controller",),
+            (f"the closed loop {be} unstable at rest at the {where}: {mode}; {_remedies(scenario, pose)}"),
+        )
+    yield from sampling(loop, scenario, modes)
+    if here == STABLE and (text := _slowness(scenario, loop)):
+        yield ("controller",), f"{text} at the {where}: {SLOW_REMEDIES}"
 
 
 def _slowness(scenario: Scenario, loop: Linearised) -> str:

@@ -67,10 +67,10 @@ def omitted(scenario: Scenario, use: str) -> list[str]:
 
 
 def _parts(scenario: Scenario) -> Iterator[tuple[str, str, Needs]]:
-    """Yield name, title and needs of each part of the loop; a part of a section has its name."""
+    """Yield section or name, title and needs of each part of the loop."""
     for part in loop_parts(scenario):
         for needs in part.all_needs:
-            yield part.name, part.title, needs
+            yield part.section or part.name, part.title, needs
 
 
 def _unsupported(use: str, support: Support) -> str:

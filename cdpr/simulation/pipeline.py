@@ -159,8 +159,8 @@ class Pipeline:
 
     @place.setter
     def place(self, place: tuple[int, int, float, int]) -> None:
-        self._place[[SAMPLE, OPERATION]] = place[:2]
-        self._time[0], self.due = place[2:]
+        sample, operation, time, self.due = place
+        self._place[SAMPLE], self._place[OPERATION], self._time[0] = sample, operation, time
 
     @property
     def bound(self) -> Sequence[Compiled | None]:

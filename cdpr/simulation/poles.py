@@ -71,8 +71,9 @@ def poles(loop: Linearised) -> list[Pole]:
     """
     z, modes = np.linalg.eig(loop.A)
     lasting = np.flatnonzero(np.abs(z) > ENDED)
-    values = np.log(z[lasting].astype(complex)) / loop.period
-    found = [Pole(complex(s), complex(z[k]), _moves(loop, modes[:, k])) for s, k in zip(values, lasting, strict=True)]
+    values = (np.log(z[lasting].astype(complex)) / loop.period).tolist()
+    moves = _moves(loop, np.abs(modes[:, lasting]))
+    found = [Pole(s, complex(z[k]), each) for s, k, each in zip(values, lasting.tolist(), moves, strict=True)]
     return sorted(found, key=_order)
 
 
@@ -82,17 +83,20 @@ def _order(pole: Pole) -> tuple[float, float, float]:
     return decay, size, -pole.value.imag
 
 
-def _moves(loop: Linearised, mode: Array) -> tuple[str, ...]:
-    """Return the coordinates with a large share in a mode."""
-    share: dict[str, float] = {}
-    for name, part in zip(loop.names, np.abs(mode), strict=True):
-        if not name.endswith("'"):
-            share[name] = max(share.get(name, 0.0), float(part))
-    own = max(share.pop("controller", 0.0), share.pop("servo", 0.0))
-    most = max(share.values(), default=0.0)
-    if most < 1e-6 * own:
-        return ("memory",)
-    return tuple(name for name, part in share.items() if part >= MOVES * most)
+def _moves(loop: Linearised, modes: Array) -> list[tuple[str, ...]]:
+    """Return the coordinates with a large share in each mode; `modes` (k, j) are magnitudes."""
+    names = [name for name in dict.fromkeys(loop.names) if not name.endswith("'")]
+    rows = [[i for i, each in enumerate(loop.names) if each == name] for name in names]
+    shares = np.array([modes[each].max(axis=0) for each in rows]).reshape(len(names), modes.shape[1])
+    memory = np.isin(names, ("controller", "servo"))
+    own, moved = shares[memory].max(axis=0, initial=0.0), shares[~memory]
+    most = moved.max(axis=0, initial=0.0)
+    large = moved >= MOVES * most
+    moving = [name for name, is_memory in zip(names, memory.tolist(), strict=True) if not is_memory]
+    return [
+        ("memory",) if only else tuple(name for name, is_large in zip(moving, column, strict=True) if is_large)
+        for only, column in zip((most < 1e-6 * own).tolist(), large.T.tolist(), strict=True)
+    ]
 
 
 def verdict(loop: Linearised) -> str:
@@ -117,7 +121,9 @@ def bandwidths(loop: Linearised) -> list[float | None]:
     the rate of control.
     """
     k, n = loop.B.shape
-    slowest = min((abs(pole.value) for pole in poles(loop) if pole.value.real < 0.0), default=0.0)
+    z = np.linalg.eigvals(loop.A).astype(complex)
+    decaying = np.log(z[(np.abs(z) > ENDED) & (np.abs(z) < 1.0)]) / loop.period
+    slowest = float(np.abs(decaying).min(initial=np.inf)) if len(decaying) else 0.0
     top = math.pi / loop.period
     if not slowest:
         return [None] * n
@@ -162,7 +168,7 @@ def closed_loop(scenario: Scenario, pose: Array) -> dict[str, Any]:
         loop = linearise(scenario, pose, response=True)
     except CdprError as error:
         return figures | {"problem": str(error)}
-    moved = np.zeros(6)
+    found, moved = poles(loop), np.zeros(6)
     moved[list(scenario.robot.rows)] = loop.rest[: scenario.robot.n]
     dof = scenario.robot.dof
     return figures | {
@@ -178,19 +184,22 @@ def closed_loop(scenario: Scenario, pose: Array) -> dict[str, Any]:
                 "damping_ratio": pole.damping,
                 "moves": list(pole.moves),
             }
-            for pole in poles(loop)
+            for pole in found
         ],
         "bandwidth_Hz": dict(zip(dof, bandwidths(loop), strict=True)),
-        "warnings": [text for _, text in sampling(loop, scenario)],
+        "warnings": [text for _, text in sampling(loop, scenario, found)],
     }
 
 
-def sampling(loop: Linearised, scenario: Scenario) -> list[tuple[Path, str]]:
-    """Return problems of the control step and of the physics step, with the keys that they concern."""
+def sampling(loop: Linearised, scenario: Scenario, found_poles: list[Pole]) -> list[tuple[Path, str]]:
+    """Return problems of the control step and of the physics step, with the keys that they concern.
+
+    `found_poles` are those of the loop.
+    """
     found: list[tuple[Path, str]] = []
     step = loop.period
     # Commands that wait in drives with a delay have fast modes of their own.
-    modes = [] if _delayed(scenario) else poles(loop)
+    modes = [] if _delayed(scenario) else found_poles
     fast = [pole for pole in modes if abs(pole.z) > LASTS and pole.value.imag > 0.0]
     inside = plant_poles(loop)
     if has_feedback(chosen_plugins(scenario)["controller"]):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -42,6 +43,7 @@ from cdpr.scenario.events.limit_changes import limit_changes
 from cdpr.simulation.build import build
 from cdpr.simulation.columns import chosen_plugins
 from cdpr.simulation.events import contact_events, limit_events, marks, scheduled_events, start_events, tension_events
+from cdpr.simulation.far_start import far_start_events
 from cdpr.simulation.loop import Loop
 from cdpr.simulation.loop_part import LoopPart
 from cdpr.simulation.parts import Parts
@@ -268,7 +270,10 @@ class Runner:
             events += slack.events(self.header.cables)
             lost = lost_steps(LostSteps(), self.header, np.asarray(rows)) if tally is None else tally.lost
             events += lost.events(self.header.cables)
-            events += start_events(np.asarray(rows[:1])[0], self.header, self.parts) if len(rows) else []
+            if len(rows):
+                first = np.asarray(rows[:1])[0]
+                events += start_events(first, self.header, self.parts)
+                events += far_start_events(self.scenario, first[self.header.layout.span("position", "orientation")])
             closest = self._closest(rows)
             if closest is not None:
                 least = closest.least
@@ -315,16 +320,22 @@ class Runner:
         ), error
 
     def _complete(self, name: str, part: Backend | Controller | LoopPart) -> list[Event]:
-        """Store the metadata of a part, and close a plugin; return a warning if it raises."""
-        try:
+        """Store the metadata of a part, and close a plugin; return warnings if it raises."""
+
+        def describe() -> None:
             if about := part.describe():
+                json.dumps(about, allow_nan=False)  # `run.json` will contain it
                 self._plugins[name] = about
-            part.close()
-        except KeyboardInterrupt:
-            raise
-        except BaseException as foreign:
-            return [Event(self._time, "warning", f"the {name} raised {one_line(foreign)} while closing")]
-        return []
+
+        found = []
+        for do in (describe, part.close):
+            try:
+                do()
+            except KeyboardInterrupt:
+                raise
+            except BaseException as foreign:
+                found.append(Event(self._time, "warning", f"the {name} raised {one_line(foreign)} while closing"))
+        return found
 
     def _closest(self, rows: Array | LogRows) -> Closest | None:
         """Return the smallest distances of cables to obstacles in all samples; None if cable diameters are unknown."""

@@ -231,7 +231,7 @@ class Sample:
 
     def _refuse_seen(self, _: int) -> None:
         names = ", ".join(repr(part.name) for part in self._parts.more if part.writes)
-        raise Diverged(f"the state that the controller sees is not finite; written by {names}")
+        raise Diverged(f"the state that the controller sees is not finite; written by {names}: check their options")
 
     def _refuse_tension(self, _: int) -> None:
         robot, state, command = self._parts.robot, self.state, self.live.tension

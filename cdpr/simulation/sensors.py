@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 import numpy as np
 
 from cdpr.base.columns import Column
-from cdpr.base.needs import YES, of_sensor
+from cdpr.base.needs import of_sensor
 from cdpr.cables import chain_of
 from cdpr.model.robot import Array
 from cdpr.model.shapes import Obstacle
@@ -80,7 +80,7 @@ class Sensors(LoopPart):
 
     name = "sensors"
     measures = True
-    needs = of_sensor(controller_fmu=YES)
+    needs = of_sensor()
 
     def __init__(
         self,

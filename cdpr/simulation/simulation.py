@@ -21,7 +21,7 @@ from cdpr.log.run import Run
 from cdpr.log.run_folder import RunFolder
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array, read_only
-from cdpr.plugins import Backend, Controller, TensionSolver
+from cdpr.plugins import Backend, Controller, Estimator, TensionSolver
 from cdpr.scenario import Scenario
 from cdpr.scenario.events import ScenarioEvent, first_sample
 from cdpr.scenario.events.commands import Kind
@@ -32,7 +32,7 @@ from cdpr.simulation.live import ExclusiveAccess
 from cdpr.simulation.pace import Pace
 from cdpr.simulation.pipeline import Pipeline
 from cdpr.simulation.runner import Runner
-from cdpr.simulation.start import attempt
+from cdpr.simulation.start import Chosen, attempt
 
 Observer = Callable[[Array], None]
 
@@ -46,6 +46,7 @@ class Simulation(Branches):
             `Options`, the model of its options, and `properties`.
         solver: tension solver, likewise.
         controller: controller, likewise.
+        estimator: estimator, likewise.
         overrides: values by dotted key, such as {"simulation.duration": 2.0}, checked like the file.
         out: folder, new or empty, for log, resolved scenario and run.json; by default nothing is written.
 
@@ -72,13 +73,15 @@ class Simulation(Branches):
         backend: str | type[Backend] | None = None,
         solver: str | type[TensionSolver] | None = None,
         controller: str | type[Controller] | None = None,
+        estimator: str | type[Estimator] | None = None,
         overrides: Mapping[str, Any] | None = None,
         out: str | os.PathLike[str] | RunFolder | None = None,
     ) -> None:
         self._observers: list[Observer] = []
         self._at_work = Lock()
         self._stepping = self._exclusive("step")
-        self._start(attempt(scenario, backend, solver, controller, overrides, out))
+        chosen: Chosen = {"backend": backend, "solver": solver, "controller": controller, "estimator": estimator}
+        self._start(attempt(scenario, chosen, overrides, out))
 
     def _start(self, runner: Runner) -> None:
         """Build, and observe sample 0."""

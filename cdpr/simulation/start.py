@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from cdpr.log.run_folder import RunFolder, folder_name
-from cdpr.plugins import Backend, Controller, TensionSolver
+from cdpr.plugins import Backend, Controller, Estimator, TensionSolver
 from cdpr.plugins.registry import Role, registry
 from cdpr.scenario import Scenario, load_scenario
 from cdpr.scenario.loader import AnyScenario
@@ -15,42 +15,31 @@ from cdpr.simulation.disk_space import check_room
 from cdpr.simulation.header import make_header
 from cdpr.simulation.runner import Runner
 
+# Plugins that replace those of a scenario, by name or as classes; None keeps that of the scenario.
+Chosen = Mapping[Role, str | type[Backend] | type[TensionSolver] | type[Controller] | type[Estimator] | None]
 
-def chosen_scenario(
-    scenario: AnyScenario,
-    backend: str | type[Backend] | None,
-    solver: str | type[TensionSolver] | None,
-    controller: str | type[Controller] | None,
-    overrides: Mapping[str, Any] | None,
-) -> Scenario:
-    """Load a scenario with the chosen plugins, given by name or as classes."""
-    changes = {} if overrides is None else overrides
+
+def chosen_scenario(scenario: AnyScenario, chosen: Chosen, overrides: Mapping[str, Any] | None) -> Scenario:
+    """Load a scenario with the chosen plugins."""
     plugins = scenario.plugins if isinstance(scenario, Scenario) else registry()
-    names: dict[str, str | None] = {}
-    given: dict[Role, object] = {"backend": backend, "solver": solver, "controller": controller}
-    for role, choice in given.items():
-        if choice is not None and not isinstance(choice, str):
-            plugins, choice = plugins.with_class(role, choice)
+    names: dict[str, Any] = {}
+    for role, choice in chosen.items():
         names[role] = choice
-    if isinstance(scenario, Scenario):
-        return scenario.with_changes(changes, **names, plugins=plugins)
-    backend, solver, controller = names.values()
-    return load_scenario(
-        scenario, overrides=changes, backend=backend, solver=solver, controller=controller, plugins=plugins
-    )
+        if choice is not None and not isinstance(choice, str):
+            plugins, names[role] = plugins.with_class(role, choice)
+    changes = {} if overrides is None else overrides
+    return load_scenario(scenario, overrides=changes, **names, plugins=plugins)
 
 
 def attempt(
     scenario: AnyScenario,
-    backend: str | type[Backend] | None,
-    solver: str | type[TensionSolver] | None,
-    controller: str | type[Controller] | None,
+    chosen: Chosen,
     overrides: Mapping[str, Any] | None,
     out: str | os.PathLike[str] | RunFolder | None,
 ) -> Runner:
     """Load a scenario with the chosen plugins, and make the folder; nothing is built."""
-    scenario = chosen_scenario(scenario, backend, solver, controller, overrides)
-    as_it_was = not overrides and all(each is None for each in (backend, solver, controller))
+    scenario = chosen_scenario(scenario, chosen, overrides)
+    as_it_was = not overrides and all(each is None for each in chosen.values())
     if isinstance(out, RunFolder):
         return Runner(scenario, out.header if as_it_was else make_header(scenario), out)
     header = make_header(scenario)

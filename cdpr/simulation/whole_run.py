@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, cast
 
 from cdpr.base.errors import CdprError
 from cdpr.base.problems import shown
 from cdpr.log.run import Run
 from cdpr.log.run_folder import RunFolder
-from cdpr.plugins import Backend, Controller, TensionSolver
+from cdpr.plugins import Backend, Controller, Estimator, TensionSolver
 from cdpr.scenario.loader import AnyScenario
-from cdpr.simulation.start import attempt
+from cdpr.simulation.start import Chosen, attempt
 
 
 def simulate(
@@ -21,6 +21,7 @@ def simulate(
     backend: str | type[Backend] | None = None,
     solver: str | type[TensionSolver] | None = None,
     controller: str | type[Controller] | None = None,
+    estimator: str | type[Estimator] | None = None,
     overrides: Mapping[str, Any] | None = None,
     out: str | os.PathLike[str] | RunFolder | None = None,
     real_time: bool = False,
@@ -34,6 +35,7 @@ def simulate(
             `Options`, the model of its options, and `properties`.
         solver: tension solver, likewise.
         controller: controller, likewise.
+        estimator: estimator, likewise.
         overrides: values by dotted key, such as {"simulation.duration": 2.0}, checked like the file.
         out: folder, new or empty, for log, resolved scenario and run.json; by default nothing is written.
         real_time: True for a run no faster than the wall clock. It makes up for delays of less than half a second.
@@ -63,13 +65,13 @@ def simulate(
         raise CdprError(f"simulate(real_time=): expected True or False, got {shown(real_time)}")
     if progress is not None and not callable(progress):
         raise CdprError(f"simulate(progress=): expected a function, got {shown(progress)}")
-    chosen: dict[str, Any] = {"backend": backend, "solver": solver, "controller": controller, "overrides": overrides}
+    chosen: dict[str, Any] = {"backend": backend, "solver": solver, "controller": controller, "estimator": estimator}
     if real_time:
         from cdpr.simulation.driver import Driver
         from cdpr.simulation.simulation import Simulation
 
-        return Driver(Simulation(scenario, **chosen, out=out)).run(progress)
-    runner = attempt(scenario, **chosen, out=out)
+        return Driver(Simulation(scenario, **chosen, overrides=overrides, out=out)).run(progress)
+    runner = attempt(scenario, cast("Chosen", chosen), overrides, out)
     error: BaseException | None = None
     try:
         loop, recorder = runner.begin()

@@ -13,7 +13,7 @@ from cdpr.base.errors import PluginError
 from cdpr.base.problems import short_repr
 from cdpr.log.header import BODIES, Header
 from cdpr.scenario import Scenario
-from cdpr.scenario.events import ScenarioEvent, mass_changes
+from cdpr.scenario.events import ScenarioEvent, logged_mass_changes, mass_changes
 from cdpr.scenario.needs import in_use
 from cdpr.simulation.columns import chosen_plugins, columns_of
 from cdpr.simulation.loop_parts import loop_parts
@@ -43,13 +43,19 @@ def works_of(scenario: Scenario) -> tuple[tuple[str, str], ...]:
                     f"or '' for unknown work, got '{name}'"
                 )
             found[source] = name
-    return tuple(found.items())
+    loaded = logged_mass_changes(scenario.events)
+    return (*found.items(), *_bodies(scenario.events, loaded))
 
 
 def with_live_events(header: Header, events: Sequence[ScenarioEvent]) -> tuple[tuple[str, str], ...]:
-    """Return the works of a run with these events: the energy of bodies is unknown in a run without its column."""
+    """Return the works of a run with these events."""
     works = tuple(row for row in header.works if row != UNRECORDED)
-    return (*works, UNRECORDED) if mass_changes(events) and not header.loaded else works
+    return (*works, *_bodies(events, header.loaded))
+
+
+def _bodies(events: Sequence[ScenarioEvent], loaded: bool) -> tuple[tuple[str, str], ...]:
+    """Return the unknown work of attached bodies, in a run without the column of their energy."""
+    return (UNRECORDED,) if mass_changes(events) and not loaded else ()
 
 
 def _declared(scenario: Scenario) -> Iterator[tuple[str, object]]:

@@ -45,12 +45,13 @@ template <class T> struct KalmanFilter {
     const T* deviations;     // (d), of the noise of all components
     const T* settings;       // (q), of the sensors
     T* history;              // (slots, h), of each control step, in a ring: state, covariance, tensions (m), N, that led
-                             // to it, values (n) of all sensors, taken at it, and the use (k) of each sensor
+                             // to it, ratios and rates of stretch (m), values (n) of all sensors, taken at it, and the use (k) of each sensor
     T* count;                // (1), control steps since the start
     T* state;                // (13), estimate
     T* covariance;           // (12, 12), of its errors
     T* innovation;           // (2), normalised innovation squared, and number of values; NaN and 0 without new ones
     T* taken;                // (n), work space
+    T* stretch;              // (4, m), work space: ratios and rates of stretch, then those of the step before
     int64_t k;
     int64_t n;
     int64_t d;
@@ -61,11 +62,16 @@ template <class T> struct KalmanFilter {
         FilteredPlatform<T>::fields,
         "time(1), start(13), deviation(12), command(m), sensors(k, 5), values(n), arrivals(k, 2), deviations(d), "
         "settings(q), both history(slots, h), both count(1), state(13), covariance(12, 12), innovation(2), work "
-        "taken(n), k, n, d, q, slots >= 2, h");
+        "taken(n), work stretch(4, m), k, n, d, q, slots >= 2, h");
 
     static constexpr int64_t STATE = 0, COVARIANCE = 13, TENSION = COVARIANCE + ERRORS * ERRORS;  // places in a row
 
-    CDPR_INLINE int64_t of_values() const { return TENSION + platform.m; }
+    CDPR_INLINE int64_t of_stretch() const { return TENSION + platform.m; }
+    CDPR_INLINE int64_t of_values() const { return TENSION + 3 * platform.m; }
+    CDPR_INLINE CableStretch<T> stretch_now() const { return {stretch, stretch + platform.m}; }
+    CDPR_INLINE CableStretch<T> stretch_before() const {
+        return {stretch + 2 * platform.m, stretch + 3 * platform.m};
+    }
     CDPR_INLINE int64_t of_use() const { return of_values() + n; }
     CDPR_INLINE RingRow<T> step(T at) const { return {history, slots, h, at}; }
     CDPR_INLINE const int64_t* sensor(int64_t i) const { return sensors + SensorRow::WIDTH * i; }
@@ -128,14 +134,24 @@ template <class T> CDPR_INLINE void load(const RingRow<T>& step, int64_t first, 
 template <class T> inline void begin_step(const KalmanFilter<T>& p, T at) {
     using Filter = KalmanFilter<T>;
     const Truth<T> starts = !(at > T(0.0));
+    const int64_t m = p.platform.m;
     if (!all(starts)) {
-        const RingRow<T> before = p.step(at - T(1.0));
-        load(p.step(at), Filter::TENSION, p.platform.m, p.platform.forces);
-        predict(p.platform, before.read(Filter::STATE, 13, p.state),
-                before.read(Filter::COVARIANCE, ERRORS * ERRORS, p.covariance), p.platform.forces, p.state,
+        const RingRow<T> before = p.step(at - T(1.0)), present = p.step(at);
+        const T* const state = before.read(Filter::STATE, 13, p.state);
+        T* const tension = p.platform.forces;
+        load(present, Filter::TENSION, m, tension);
+        if (p.platform.elastic) load(before, p.of_stretch(), 2 * m, p.stretch_before().ratio);
+        advance_drums(p.platform, state, p.stretch_before(), tension, p.stretch_now());
+        predict(p.platform, state, before.read(Filter::COVARIANCE, ERRORS * ERRORS, p.covariance), tension, p.state,
                 p.covariance);
+        if (p.platform.elastic) {
+            load(present, Filter::TENSION, m, tension);
+            write_stretch(p.platform, p.state, tension, p.stretch_before(), p.stretch_now());
+        }
     }
     if (!any(starts)) return;
+    for (int64_t i = 0; p.platform.elastic && i < 2 * m; i++)
+        p.stretch[i] = select(starts, T(NOT_A_NUMBER), p.stretch[i]);
     for (int j = 0; j < 13; j++) p.state[j] = select(starts, p.start[j], p.state[j]);
     for (int j = 0; j < ERRORS * ERRORS; j++) {
         const T own = p.deviation[j / ERRORS];
@@ -154,8 +170,8 @@ template <class T> inline void complete_step(const KalmanFilter<T>& p, T at, Tru
         const Truth<T> measured = filtered & (use != T(NOT_MEASURED));
         if (!any(measured)) continue;
         Correction<T> sum = {p.covariance, measured};
-        use_sensor(p.platform, p.sensor(i), p.state, p.platform.forces, at > T(0.0), values, p.deviations, p.settings,
-                   sum);
+        use_sensor(p.platform, p.sensor(i), p.state, p.platform.forces, at > T(0.0), p.stretch_now().ratio, values,
+                   p.deviations, p.settings, sum);
         sum.apply(p.state);
         const Truth<T> counts = measured & (use == T(ARRIVED)) & (sum.count > T(0.0));
         T &square = p.innovation[0], &count = p.innovation[1];
@@ -163,14 +179,17 @@ template <class T> inline void complete_step(const KalmanFilter<T>& p, T at, Tru
         count = select(counts, count + sum.count, count);
         present.put(p.of_use() + i, USED, measured);
     }
+    for (int64_t j = 0; p.platform.elastic && j < 2 * p.platform.m; j++)
+        present.put(p.of_stretch() + j, p.stretch[j], filtered);
     for (int64_t j = 0; j < 13; j++) present.put(Filter::STATE + j, p.state[j], filtered);
     for (int64_t j = 0; j < ERRORS * ERRORS; j++) present.put(Filter::COVARIANCE + j, p.covariance[j], filtered);
 }
 
-// Filter the present control step. At time 0 the filter starts. Return BAD_INPUT if an estimate is not finite.
+// Filter the present control step. At time 0 the filter starts.
 template <class T> inline int kalman_filter(KalmanFilter<T>& p) {
     if (!has_anchors<T>(p.platform.w) || p.h < p.of_use() + p.k) return code(T(double(BAD_INPUT)));
-    const T zero = 0.0, before = *p.count, now = select(*p.time > zero, before + T(1.0), zero);
+    const T now = select(*p.time > T(0.0), *p.count + T(1.0), T(0.0));
+    *p.count = now;
     p.innovation[0] = NOT_A_NUMBER;
     p.innovation[1] = 0.0;
     const T ago = store_inputs(p, now);
@@ -179,10 +198,7 @@ template <class T> inline int kalman_filter(KalmanFilter<T>& p) {
         begin_step(p, at);
         complete_step(p, at, ago >= T(late));
     }
-    const T zeros = sum(zero, 0, 13, [&](int64_t j) { return zero * p.state[j]; });
-    const Truth<T> finite = zeros == zero;
-    *p.count = select(finite, now, before);  // a call that fails may be repeated
-    return code(select(finite, T(double(OK)), T(double(BAD_INPUT))));
+    return 0;
 }
 
 }  // namespace cdpr::CDPR_TARGET

@@ -29,23 +29,25 @@ class Ekf(SnapshotOfArrays, Estimator):
     without biases, and with the angular velocity in world axes: position, attitude, velocity, angular velocity. The
     prediction is the rigid body with its centre of mass and inertia tensor under tensions, weight and a white wrench of
     unknown origin, by the explicit midpoint rule. Its derivatives contain the stiffness of the tensions. Winches
-    contribute their inertia and friction. Blocked directions of a guided platform have no error.
+    contribute their inertia and friction; drums on cables that stretch are simulated, so that the tension lags behind
+    its command. Blocked directions of a guided platform have no error.
 
     Measurements are used one scalar after the other, so no matrix is inverted. If the noise is that of the model, NIS
     and NEES follow the chi-square distribution: Bar-Shalom, Li, Kirubarajan, Estimation with Applications to Tracking
     and Navigation (2001), section 5.4.
 
     - pose, twist, receiver, markers: all values, but no markers that are not seen.
-    - encoders: the unwound lengths, with pulleys and with the stretch at rest under the tensions. The rates are
-      differences of the lengths, so they contain nothing new.
+    - encoders: the unwound lengths, with pulleys and with the stretch under the tensions. The rates are differences of
+      the lengths, so they contain nothing new.
     - imu: the turn rate. The specific force is that of the model, except for the unknown wrench.
     - tension: in place of the commands, if winches take lengths or rates. Without load cells, such a platform is
-      assumed to keep its velocity, with much noise, and encoders on cables that stretch are rejected.
+      assumed to keep its velocity, with much noise, and encoders on cables that stretch are rejected. Encoders of
+      cables whose measured tension is within three standard deviations of 0 are not used.
     - range, scan: not used, as the nominal robot contains no map of the obstacles.
 
     The noise of a sensor follows from its nominal noise and resolution. Measurements with a delay are used at the time
     at which they were taken; the filter is then repeated up to the present. Cables that sag are rejected. Friction of
-    pulleys, and damping and vibrations of cables that stretch, are not in the model.
+    pulleys and the creep of cables are not in the model.
     """
 
     def __init__(
@@ -65,7 +67,7 @@ class Ekf(SnapshotOfArrays, Estimator):
         used = [each.sensor for each in self._used]
         tables = sensor_tables(used, robot.m, options.noise_floor)
         slots = 2 + max(_late(each, control_step) for each in used)
-        width = STATE_NUMBERS + robot.m + tables.values + len(used)
+        width = STATE_NUMBERS + 3 * robot.m + tables.values + len(used)
         self._values, self._arrivals = np.zeros(tables.values), np.zeros((len(used), 2))
         self._history, self._count = np.zeros((slots, width)), np.zeros(1)
         self.covariance, innovation = np.zeros((ERRORS, ERRORS)), np.zeros(2)
@@ -133,7 +135,7 @@ def start_deviations(robot: Robot, options: Any) -> Array:
 
 
 def _check_used(used: Sequence[SensorModel], given: Sequence[Sensor]) -> None:
-    if any(each.sensor.type != "tension" for each in used):
+    if any(each.sensor.measurement != "tension" for each in used):
         return
     present = ", ".join(each.type for each in given) or "none"
     allowed = ", ".join(each for each in USED if each != "tension")
@@ -157,7 +159,7 @@ def _check_cables(robot: Robot, used: Sequence[SensorModel]) -> None:
             f"ekf: the cables of '{robot.name}' sag, but the filter has a model of straight cables only; set "
             "`believed` to a robot with another cable model, such as elastic"
         )
-    kinds = {each.sensor.type for each in used}
+    kinds = {each.sensor.measurement for each in used}
     unknown = [
         cable.name
         for cable, command in zip(robot.cables, commands_of(robot), strict=True)
@@ -172,5 +174,5 @@ def _check_cables(robot: Robot, used: Sequence[SensorModel]) -> None:
 
 def _cells(used: Sequence[Sensor], m: int, step: float, options: Any) -> tuple[Array, float] | None:
     """Return the standard deviations of measured tensions (m,), N, and their period, s; None without load cells."""
-    cells = [each for each in used if each.type == "tension"]
+    cells = [each for each in used if each.measurement == "tension"]
     return (deviations(cells[0], m, options.noise_floor), cells[0].period or step) if cells else None

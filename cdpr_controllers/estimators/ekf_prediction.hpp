@@ -35,6 +35,8 @@ template <class T> struct FilteredPlatform {
     double period;           // s, of control
     int64_t driven;          // 1: forced by tensions; 0: unknown tensions balance the weight
     int64_t rotates;         // 1: `inverse` applies; 0: guided, or drums with inertia, so M is factorised at each step
+    int64_t elastic;         // 1: a cable stretches
+    int64_t drums;           // 1: drums of cables that stretch have states; 0: they follow their cables at once
     int64_t noisy;           // 1: tensions are measured, with `spread`; NaN until the first measurement
     int64_t m;
     int64_t w;
@@ -42,7 +44,7 @@ template <class T> struct FilteredPlatform {
         "lines(m, w >= 6), chains(m, 33), inertial(13), inverse(6, 6), gravity(3), free(6), noise(2, 2), spread(m), "
         "cells(m), "
         "work matrix(6, m), work length(m), work rate(m), work matrix_rate(6, m), work forces(m), period, driven, "
-        "rotates, noisy, m, w";
+        "rotates, elastic, drums, noisy, m, w";
 };
 
 // Dynamics at a state.
@@ -50,6 +52,7 @@ template <class T> struct LinearisedMotion {
     T inverse[6][6];           // of the mass matrix; 0 in blocked directions
     T wrench_rate[6][ERRORS];  // derivatives of the wrench by the error state
     T acceleration[6];         // linear and angular
+    Truth<T> rubs;             // the wrench depends on the velocities by friction of winches
 };
 
 template <class T> CDPR_INLINE Vector<T> unit_vector(int j) {
@@ -71,7 +74,7 @@ template <class T> CDPR_INLINE void rotate_block(const Vector<T>* axes, const T*
 
 // Write the inverse mass matrix of a guided platform, or of one with the masses (m), kg, of drums along the cables.
 template <class T>
-inline void invert_mass_matrix(const FilteredPlatform<T>& p, Quaternion<T> q, const T* mass, LinearisedMotion<T>& now) {
+inline void invert_mass_matrix(const FilteredPlatform<T>& p, Quaternion<T> q, const T* mass, T (*inverse)[6]) {
     PlatformDynamics<T> body;
     body.write_mass_matrix({p.inertial}, q, Inertial<T>{p.inertial}.lever(q), p.free);
     for (int64_t i = 0; i < p.m; i++) {
@@ -92,7 +95,7 @@ inline void invert_mass_matrix(const FilteredPlatform<T>& p, Quaternion<T> q, co
         for (int j = 0; j < 6; j++) unit[j] = j == k ? 1.0 : 0.0;
         if (any(regular)) solve(M, unit, column, 6);
         for (int j = 0; j < 6; j++)
-            now.inverse[j][k] = select(regular, column[j] * p.free[j] * p.free[k], T(NOT_A_NUMBER));
+            inverse[j][k] = select(regular, column[j] * p.free[j] * p.free[k], T(NOT_A_NUMBER));
     }
 }
 
@@ -143,10 +146,51 @@ template <class T> inline void write_stiffness(const FilteredPlatform<T>& p, con
     }
 }
 
-// Write the inverse mass matrix; replace the commands of winches with inertia, N, by the tensions of their cables at a
-// platform without acceleration.
+// Return whether the filter has a state of the stretch of a cable; that of spans with states of their own is at rest.
+template <class T> CDPR_INLINE bool has_stretch_state(ChainRow<T> chain) {
+    return chain.stretches() && span_states(chain.span_kind()) == 0;
+}
+
+constexpr double SPEED_STEP = 1e-3;  // rad/s, of numerical derivatives: far below speeds at which friction bends
+
+// Return the friction of a winch that moves with its cable, N s/m: the mean slope of the tension over rates with this
+// standard deviation, m/s, for Coulomb friction bends within it. Differences over sqrt(3) deviations: Norgaard, Poulsen,
+// Ravn, New developments in state estimation for nonlinear systems, Automatica 36 (2000), section 3.
+template <class T> CDPR_INLINE T friction_slope(ChainRow<T> chain, T command, T length, T rate, T deviation) {
+    const T own[MOST_STATES] = {}, zero = 0.0, least = T(SPEED_STEP) * chain.per_turn(length);
+    const Truth<T> turns = least > zero;  // elsewhere there is no drum
+    if (!any(turns)) return zero;
+    const T step = hypotenuse(least, T(square_root(3.0)) * deviation);
+    const T high = chain.held(own, command, length, rate + step, zero).tension;
+    const T low = chain.held(own, command, length, rate - step, zero).tension;
+    return select(turns, larger((high - low) / (T(2.0) * step), zero), zero);
+}
+
+// Return the standard deviation of the rate of cable i, m/s, with this covariance (12, 12) of the error state.
+template <class T> CDPR_INLINE T rate_deviation(const FilteredPlatform<T>& p, const T* covariance, int64_t i) {
+    const T* const P = covariance + (ERRORS + 1) * VELOCITY_ERROR;
+    T total = 0.0;
+    for (int j = 0; j < 6; j++)
+        for (int k = 0; k < 6; k++) total += p.matrix[j * p.m + i] * P[ERRORS * j + k] * p.matrix[k * p.m + i];
+    return square_root(larger(total, T(0.0)));
+}
+
+// Return whether a drum with a state of its own determines the tension of a cable.
+template <class T> CDPR_INLINE bool on_drum(const FilteredPlatform<T>& p, ChainRow<T> chain) {
+    return p.drums && has_stretch_state(chain);
+}
+
+// Rows of `matrix_rate` (m) that hold, after the use of W', a mass along each cable for the errors, kg, and the friction
+// of its winch, N s/m.
+template <class T> CDPR_INLINE T* masses_of_errors(const FilteredPlatform<T>& p) { return p.matrix_rate; }
+template <class T> CDPR_INLINE T* friction_of_errors(const FilteredPlatform<T>& p) { return p.matrix_rate + p.m; }
+
+// Write the inverse mass matrix; replace the commands of winches that move with their cables, N, by the tensions at a
+// platform without acceleration. Errors move drums at once, with an implicit step of the friction.
 template <class T> inline void write_inverse(const FilteredPlatform<T>& p, Truth<T> driven, const T* state,
-                                             const Vector<T>* axes, T* tension, LinearisedMotion<T>& now) {
+                                             const T* covariance, const Vector<T>* axes, T* tension,
+                                             LinearisedMotion<T>& now) {
+    now.rubs = false;
     if (p.rotates) {
         const int blocks[3] = {0, 3, 21};  // of the upper half
         for (const int place : blocks) rotate_block(axes, p.inverse + place, 6, &now.inverse[0][0] + place);
@@ -154,22 +198,30 @@ template <class T> inline void write_inverse(const FilteredPlatform<T>& p, Truth
             for (int k = 0; k < 3; k++) now.inverse[3 + k][j] = now.inverse[j][3 + k];
         return;
     }
+    const T zero = 0.0;
     const bool moves = any(driven) && !p.noisy;
     MatrixRate<T> moving = {p.lines, state, p.matrix_rate, p.m, p.w};
     if (moves) matrix_rate(moving);
     for (int64_t i = 0; i < p.m; i++) {
-        T mass = 0.0;
+        const ChainRow<T> chain = chain_row(p.chains, i);
+        const bool turns = on_drum(p, chain);
+        T mass = 0.0, slope = 0.0;
         if (moves) {
             const T own[MOST_STATES] = {};
-            const T later = difference(T(0.0), 0, 6, [&](int64_t j) { return p.matrix_rate[j * p.m + i] * state[7 + j]; });
-            const WinchTension<T> found =
-                chain_row(p.chains, i).held(own, tension[i], p.length[i], p.rate[i], later);  // later: of the length
-            tension[i] = select(driven, found.tension, tension[i]);
-            mass = select(driven, found.mass, mass);
+            const T later =  // the acceleration of the length
+                difference(zero, 0, 6, [&](int64_t j) { return p.matrix_rate[j * p.m + i] * state[7 + j]; });
+            const WinchTension<T> found = chain.held(own, tension[i], p.length[i], p.rate[i], later);
+            const T deviation = rate_deviation(p, covariance, i);
+            slope = select(driven, friction_slope(chain, tension[i], p.length[i], p.rate[i], deviation), zero);
+            if (!turns) tension[i] = select(driven, found.tension, tension[i]);
+            mass = select(driven, found.mass, zero);
         }
-        p.rate[i] = mass;
+        p.rate[i] = turns ? zero : mass;
+        masses_of_errors(p)[i] = mass + T(p.period) * slope;
+        friction_of_errors(p)[i] = slope;
+        now.rubs = now.rubs | (slope > zero);
     }
-    invert_mass_matrix(p, quaternion(state + 3), p.rate, now);
+    invert_mass_matrix(p, quaternion(state + 3), p.rate, now.inverse);
 }
 
 // Write the wrench (6) that accelerates the platform, and its derivatives, without those of the inertia by the
@@ -203,14 +255,23 @@ template <class T> inline void write_wrench(const FilteredPlatform<T>& p, const 
         const T column[6] = {force.x, force.y, force.z, moment.x, moment.y, moment.z};
         for (int j = 0; j < 6; j++) now.wrench_rate[j][SPIN_ERROR + k] = column[j];
     }
+    for (int64_t i = 0; any(now.rubs) && i < p.m; i++) {
+        const T slope = friction_of_errors(p)[i];
+        for (int j = 0; j < 6; j++) {
+            for (int k = 0; k < 6; k++) {
+                T& own = now.wrench_rate[j][VELOCITY_ERROR + k];
+                own = select(now.rubs, own - slope * p.matrix[j * p.m + i] * p.matrix[k * p.m + i], own);
+            }
+        }
+    }
 }
 
 // Write the accelerations at a state with these tensions, N, and the derivatives of the wrench.
 template <class T> inline void linearise_motion(const FilteredPlatform<T>& p, Truth<T> driven, const T* state,
-                                                const Vector<T>* axes, T* tension, LinearisedMotion<T>& now) {
+                                                const T* covariance, const Vector<T>* axes, T* tension, LinearisedMotion<T>& now) {
     Geometry<T> cables = {p.lines, state, p.matrix, p.length, p.rate, p.m, p.w};
     geometry(cables);
-    write_inverse(p, driven, state, axes, tension, now);
+    write_inverse(p, driven, state, covariance, axes, tension, now);
     const T zero = 0.0;
     T wrench[6] = {};
     if (any(driven)) write_wrench(p, state, axes, tension, wrench, now);
@@ -221,12 +282,19 @@ template <class T> inline void linearise_motion(const FilteredPlatform<T>& p, Tr
     }
     for (int j = 0; j < 6; j++)
         now.acceleration[j] = sum(zero, 0, 6, [&](int64_t k) { return now.inverse[j][k] * wrench[k]; });
+    const Truth<T> moving = driven & (now.rubs | Truth<T>(p.drums && !p.rotates));
+    if (!any(moving)) return;
+    T inverse[6][6];
+    invert_mass_matrix(p, quaternion(state + 3), masses_of_errors(p), inverse);
+    for (int j = 0; j < 6; j++)
+        for (int k = 0; k < 6; k++) now.inverse[j][k] = select(moving, inverse[j][k], now.inverse[j][k]);
 }
 
 // Change of the velocity errors in a step, per error state, and covariance of its noise with the error state.
 template <class T> struct ErrorMotion {
     T change[6][ERRORS];
     T noise[6][ERRORS];
+    Truth<T> rubs;
 };
 
 // Write the sum of six rows with these weights.
@@ -243,6 +311,7 @@ template <class T> CDPR_INLINE void write_weighted(const T* weights, const T (*r
 template <class T> inline void write_error_motion(const FilteredPlatform<T>& p, Truth<T> driven, const Vector<T>* axes,
                                                   const LinearisedMotion<T>& now, ErrorMotion<T>& step) {
     const T h = p.period, half = 0.5 * p.period;
+    step.rubs = now.rubs;
     T effects[6][ERRORS];
     for (int i = 0; i < 6; i++) {
         const T* const row = now.inverse[i];  // the effects of a wrench: the matrix is symmetric
@@ -278,6 +347,11 @@ CDPR_INLINE void transition(const Columns* X, const ErrorMotion<T>& step, const 
         if (noisy) row = row + strip(step.noise[j] + column);
         CDPR_UNROLL
         for (int i = 0; i < VELOCITY_ERROR; i++) row = row + step.change[j][i] * X[i];
+        if (any(step.rubs)) {
+            Columns rubbed = row;
+            for (int i = VELOCITY_ERROR; i < SPIN_ERROR; i++) rubbed = rubbed + step.change[j][i] * X[i];
+            row = select(step.rubs, rubbed, row);
+        }
         CDPR_UNROLL
         for (int i = SPIN_ERROR; i < ERRORS; i++) row = row + step.change[j][i] * X[i];
         Y[VELOCITY_ERROR + j] = row;
@@ -334,7 +408,7 @@ template <class T> inline void predict(const FilteredPlatform<T>& p, const T* be
     const Vector<T> axes[3] = {rotate(q, unit_vector<T>(0)), rotate(q, unit_vector<T>(1)),
                                rotate(q, unit_vector<T>(2))};
     LinearisedMotion<T> now;
-    linearise_motion(p, driven, middle, axes, tension, now);
+    linearise_motion(p, driven, middle, covariance, axes, tension, now);
     ErrorMotion<T> step;
     write_error_motion(p, driven, axes, now, step);
     T* const a = now.acceleration;

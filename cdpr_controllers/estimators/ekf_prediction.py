@@ -6,31 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.cables import TENSION, commands_of
+from cdpr.cables import TENSION, chain_of, commands_of
 from cdpr.cables.tables import chain_table, line_table
 from cdpr.model import Robot
 from cdpr.model.robot import Array
+from cdpr_controllers.estimators.ekf_stretch import drums_are_resolved, inverse_mass_matrix
 
 # Default densities of the unknown wrench, as shares of the weight (sqrt(s)): of models that are good, and without known
 # tensions, when it is all of the wrench that accelerates the platform.
 KNOWN, UNKNOWN = 1e-3, 0.1
 STANDARD_GRAVITY = 9.80665  # m/s^2
-
-
-def inverse_mass_matrix(inertial: Array) -> Array:
-    """Return the inverse mass matrix about the platform's origin, platform axes.
-
-    Args:
-        inertial: (13,), `Robot.inertial`.
-
-    Returns:
-        (6, 6), SI units.
-    """
-    mass, c, inertia = inertial[0], inertial[1:4], inertial[4:].reshape(3, 3)
-    lever = np.cross(np.eye(3), c)  # lever @ x = c x x
-    matrix = np.block([[mass * np.eye(3), -mass * lever], [mass * lever, inertia - mass * lever @ lever]])
-    inverse = np.linalg.inv(matrix)
-    return np.asarray(0.5 * (inverse + inverse.T))
 
 
 def densities(robot: Robot, options: Any) -> Array:
@@ -82,5 +67,7 @@ def platform_arguments(
         "period": step,
         "driven": int(takes_tensions or measured),
         "rotates": int(robot.n == 6 and (measured or not chains[:, 0].any())),
+        "elastic": int(any(chain_of(robot, cable).stretches for cable in robot.cables)),
+        "drums": int(takes_tensions and drums_are_resolved(robot, step)),
         "noisy": int(measured),
     }

@@ -5,7 +5,7 @@
 #pragma once
 
 #include <cdpr/sensing/markers.hpp>
-#include <cdpr_controllers/estimators/ekf_prediction.hpp>
+#include <cdpr_controllers/estimators/ekf_stretch.hpp>
 
 namespace cdpr::CDPR_TARGET {
 
@@ -110,24 +110,14 @@ template <class T> struct Correction {
     }
 };
 
-// Return the unwound length of cable i, m, at rest with a tension, N, at a pose for which `geometry` has been called.
-template <class T> CDPR_INLINE T unwound_at(const FilteredPlatform<T>& p, T tension, int64_t i) {
-    const ChainRow<T> chain = chain_row(p.chains, i);
-    return rest(chain.span_kind(), chain.span(), p.length[i], tension);
-}
+// Measured tensions up to this multiple of their standard deviation may be those of slack cables.
+constexpr double SLACK = 3.0;
 
-// Return the tension, N, that stretches a cable: its command without the friction of its winch, which moves with it.
-template <class T> CDPR_INLINE T stretching_tension(const FilteredPlatform<T>& p, T tension, int64_t i) {
-    const T own[MOST_STATES] = {};
-    if (!p.driven || p.noisy) return tension;
-    return chain_row(p.chains, i).held(own, tension, p.length[i], p.rate[i], T(0.0)).tension;
-}
-
-// Use measured unwound lengths: those of the cables, of cables that stretch the unstretched lengths at rest with these
-// tensions, N, which change in proportion. `stretched`: false at the start, where encoders measure the lengths.
-template <class T>
-inline void use_encoders(const FilteredPlatform<T>& p, const T* state, const T* tension, Truth<T> stretched,
-                         const T* measured, const T* deviation, Correction<T>& sum) {
+// Use measured unwound lengths, with these lengths per unwound length where `stretched`; not at the start, where
+// encoders measure the lengths of the cables. The unwound lengths of slack cables are not known from their tensions, N.
+template <class T> inline void use_encoders(const FilteredPlatform<T>& p, const T* state, const T* tension,
+                                            Truth<T> stretched, const T* ratio, const T* measured, const T* deviation,
+                                            Correction<T>& sum) {
     const int64_t m = p.m;
     const Quaternion<T> back = conjugate(quaternion(state + 3));
     Geometry<T> cables = {p.lines, state, p.matrix, p.length, p.rate, p.m, p.w};
@@ -136,11 +126,13 @@ inline void use_encoders(const FilteredPlatform<T>& p, const T* state, const T* 
         T unwound = p.length[i], noise = deviation[i];
         Truth<T> known = true;
         if (any(stretched) && chain_row(p.chains, i).stretches()) {
-            known = (!stretched) | (tension[i] == tension[i]);  // elsewhere not yet measured
-            const T pull = stretching_tension(p, tension[i], i), at_rest = unwound_at(p, pull, i);
-            unwound = select(stretched, at_rest, unwound);
+            Truth<T> taut = ratio[i] == ratio[i];  // elsewhere no tension has been measured yet
+            if (p.noisy) taut = taut & !(tension[i] <= T(SLACK) * p.cells[i]);
+            known = (!stretched) | taut;
+            unwound = select(stretched, unwound / ratio[i], unwound);
             if (p.noisy) {
-                const T more = hypotenuse(noise, unwound_at(p, pull + p.cells[i], i) - at_rest);
+                const T at_rest = unwound_at(p, tension[i], i);
+                const T more = hypotenuse(noise, unwound_at(p, tension[i] + p.cells[i], i) - at_rest);
                 noise = select(stretched, more, noise);
             }
         }
@@ -210,8 +202,8 @@ template <class T> inline void use_markers(const T* state, const T* settings, in
 
 // Use the measurement of a sensor.
 template <class T> inline void use_sensor(const FilteredPlatform<T>& p, const int64_t* row, const T* state,
-                                          const T* tension, Truth<T> stretched, const T* values, const T* deviations,
-                                          const T* settings, Correction<T>& sum) {
+                                          const T* tension, Truth<T> stretched, const T* ratio, const T* values,
+                                          const T* deviations, const T* settings, Correction<T>& sum) {
     const T *measured = values + row[SensorRow::VALUES], *deviation = deviations + row[SensorRow::DEVIATIONS];
     const T* own = settings + row[SensorRow::SETTINGS];
     const Quaternion<T> back = conjugate(quaternion(state + 3));
@@ -225,7 +217,7 @@ template <class T> inline void use_sensor(const FilteredPlatform<T>& p, const in
             sum.template use_direct<SPIN_ERROR>(vector(measured + 3) - vector(state + 10), deviation + 3);
             break;
         case ENCODERS:
-            use_encoders(p, state, tension, stretched, measured, deviation, sum);
+            use_encoders(p, state, tension, stretched, ratio, measured, deviation, sum);
             break;
         case RECEIVER:
             use_receiver(state, own, measured, deviation, sum);

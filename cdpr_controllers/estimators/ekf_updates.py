@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,13 +11,8 @@ from numpy.typing import NDArray
 from cdpr.model.robot import Array
 from cdpr.sensing.sensor import Sensor
 
-# Kinds of sensors in the order of `FilteredSensor`, ekf_updates.hpp.
+# Models of measurements (`Sensor.measurement`) in the order of `FilteredSensor`, ekf_updates.hpp.
 USED = ("pose", "twist", "encoders", "receiver", "imu", "markers", "tension")
-
-IGNORED: Mapping[str, str] = {
-    "range": "distances to obstacles need a map of the hall, which the nominal robot does not have",
-    "scan": "distances to obstacles need a map of the hall, which the nominal robot does not have",
-}
 
 
 def reason_to_ignore(sensor: Sensor, sensors: Sequence[Sensor], *, needs_tensions: bool) -> str:
@@ -28,12 +23,12 @@ def reason_to_ignore(sensor: Sensor, sensors: Sequence[Sensor], *, needs_tension
         sensors: all, of which only the first load cells count.
         needs_tensions: True if commands are not tensions.
     """
-    if sensor.type not in USED:
-        return IGNORED.get(sensor.type, "the filter has no model of its measurements")
-    if sensor.type == "tension":
+    if sensor.measurement not in USED:
+        return sensor.not_estimated
+    if sensor.measurement == "tension":
         if not needs_tensions:
             return "the commands are the tensions"
-        if sensor is not next(each for each in sensors if each.type == "tension"):
+        if sensor is not next(each for each in sensors if each.measurement == "tension"):
             return "the filter uses the first load cells only"
     return ""
 
@@ -69,18 +64,6 @@ def deviations(sensor: Sensor, cables: int, floor: float) -> Array:
     return np.asarray(np.maximum(floor, np.hypot(noise, resolution / np.sqrt(12.0))))
 
 
-def settings_of(sensor: Any) -> list[float]:
-    """Return the numbers of a sensor that its measurement model needs."""
-    if sensor.type == "receiver":
-        return list(sensor.antenna)
-    if sensor.type == "markers":
-        attitude = np.array(sensor.attitude) / np.linalg.norm(sensor.attitude)
-        middle = sensor.center or (0.5 * sensor.size[0], 0.5 * sensor.size[1])
-        carried = float(sensor.on == "platform")
-        return [*sensor.position, *attitude, *sensor.focal, *middle, carried, *np.ravel(sensor.markers)]
-    return []
-
-
 def sensor_tables(sensors: Sequence[Sensor], cables: int, floor: float) -> SensorTables:
     """Return the tables of the used sensors.
 
@@ -95,8 +78,8 @@ def sensor_tables(sensors: Sequence[Sensor], cables: int, floor: float) -> Senso
     values = 0
     for sensor in sensors:
         count = sum(each.values(cables) for each in sensor.quantities)
-        rows.append([USED.index(sensor.type), values, len(noise), len(numbers), count])
+        rows.append([USED.index(sensor.measurement), values, len(noise), len(numbers), count])
         noise += deviations(sensor, cables, floor).tolist()
-        numbers += settings_of(sensor)
+        numbers += sensor.measurement_numbers()
         values += count
     return SensorTables(np.array(rows, dtype=np.int64), np.array(noise), np.array(numbers), values)

@@ -15,7 +15,7 @@ from cdpr.fmu.read.archive import open_archive
 from cdpr.mechanics import kinematics
 from cdpr.plugins.registry import registry
 from cdpr.simulation.build import build
-from cdpr.testing import check_backend
+from cdpr.testing import check_factory
 
 pytest.importorskip("fmpy")
 
@@ -197,5 +197,5 @@ def test_a_process_of_its_own_passes_the_kit():
     entry = registry().get("backend", "fmu")
     few = {"reset_forgets", "steps_add_up", "snapshot_restores", "clock_counts_steps", "keeps_quiet"}
     options = entry.info.options(isolation="process")
-    results = check_backend(entry.load(), properties=entry.info.properties, options=options, only=few)
+    results = check_factory("backend", entry.load(), properties=entry.info.properties, options=options, only=few)
     assert {result.outcome for result in results} == {"passed"}, results

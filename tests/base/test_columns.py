@@ -15,7 +15,7 @@ from conftest import ROOT
 from log_cases import make_header, make_rows, same_bits, write_log
 
 import cdpr
-from cdpr.base.columns import CABLES, FIRST, GROUPS, TOPICS, WINCHED, Column, known_columns
+from cdpr.base.columns import CABLES, FIRST, GROUPS, TOPICS, UNCERTAINTY, WINCHED, Column, known_columns
 from cdpr.base.errors import LogError, PluginError
 from cdpr.base.lazy import LATE, late
 from cdpr.log.export import column_names, export
@@ -26,7 +26,7 @@ from cdpr.log.topics import run_topics
 from cdpr.plugins import Backend, Controller, PluginInfo, TensionSolver
 from cdpr.simulation.columns import CONDITIONS, columns_of
 from cdpr.tension import Status
-from cdpr.testing import check_controller
+from cdpr.testing import check_factory
 from cdpr.ui.cli import cli
 from cdpr.ui.report.pages.run import render
 
@@ -249,7 +249,7 @@ def test_missing_values_are_nan():
 
     run = cdpr.simulate(CAROCA, controller=Idle, overrides=SHORT)
     assert np.isnan(run["effort"]).all()
-    found = {result.id: result for result in check_controller(Idle, only=["columns_are_written"])}
+    found = {result.id: result for result in check_factory("controller", Idle, only=["columns_are_written"])}
     assert "column 'effort' is [nan, " in found["columns_are_written"].detail
 
 
@@ -287,8 +287,8 @@ def test_declarations_that_are_refused(columns, message):
         (("a", -1, "", ""), "width must be a number from 1 on, or CABLES, got -1"),
         (("a", True, "", ""), "width must be a number from 1 on, or CABLES, got True"),
         (("a", 1.5, "", ""), "width must be a number from 1 on, or CABLES, got 1.5"),
-        (("a", 2, "", "", "world"), "only a vector .3., a quaternion .4. and a wrench .6. have a frame"),
-        (("a", 6, "N, N m", ""), "only a wrench has two units"),
+        (("a", 2, "", "", "world"), "a vector .3., a quaternion .4., a wrench .6. and the error of a state .12. have"),
+        (("a", 6, "N, N m", ""), "only a wrench and the error of a state have several units"),
         (("a", 6, None, ""), "unit of a column must be a text, got None"),
     ],
 )
@@ -363,3 +363,15 @@ def test_late_bindings_work(name):
     assert not method or callable(getattr(getattr(cdpr, holder), method))
     module, _, _ = LATE[name].partition(":")
     assert import_module(module).__file__ is not None
+
+
+def test_standard_deviations_of_an_estimate_have_names_and_units():
+    (sigma,) = (column for column in UNCERTAINTY if column.name == "estimate_sigma")
+    found = sigma.headings([])
+    assert len(found) == 12
+    assert found[::3] == [
+        "estimate_sigma_position_x_m",
+        "estimate_sigma_rotation_x_rad",
+        "estimate_sigma_velocity_x_m_per_s",
+        "estimate_sigma_angular_velocity_x_rad_per_s",
+    ]

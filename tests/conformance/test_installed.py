@@ -17,24 +17,9 @@ from spread import sampled
 from cdpr.plugins import Controller, TensionSolver
 from cdpr.plugins.registry import OWN_DISTRIBUTION, ROLES, registry
 from cdpr.tension import Status
-from cdpr.testing import (
-    backend_checks,
-    check_controller,
-    check_solver,
-    controller_checks,
-    estimator_checks,
-    solver_answers,
-    solver_checks,
-)
+from cdpr.testing import check_factory, plugin_checks, solver_answers
 from cdpr.testing.check import Check
 from cdpr.ui.cli import cli
-
-FORMS = {
-    "backend": backend_checks,
-    "solver": solver_checks,
-    "controller": controller_checks,
-    "estimator": estimator_checks,
-}
 
 
 def needs_options(entry):
@@ -77,7 +62,7 @@ CASES = [
     for role in ROLES
     for name, entry in sorted(registry().plugins[role].items())
     if entry.distribution == OWN_DISTRIBUTION and not entry.missing and not needs_options(entry)
-    for case in FORMS[role](name)
+    for case in plugin_checks(role, name)
 ]
 
 
@@ -88,7 +73,7 @@ def test_built_in(check):
 
 def test_misleading_problems_in_small_numbers(monkeypatch):
     monkeypatch.setattr(solver_answers, "MANY", 60)
-    (check,) = (check for check in solver_checks("qp") if str(check) == MISLEADING)
+    (check,) = (check for check in plugin_checks("solver", "qp") if str(check) == MISLEADING)
     check()
 
 
@@ -111,7 +96,7 @@ ANSWERS = {
 def test_options_keep_what_is_declared(name, options):
     entry = registry().get("solver", name)
     chosen = entry.info.options(**options)
-    results = check_solver(entry.load(), properties=entry.properties(chosen), options=chosen, only=ANSWERS)
+    results = check_factory("solver", entry.load(), properties=entry.properties(chosen), options=chosen, only=ANSWERS)
     assert {result.outcome for result in results} == {"passed"}, results
 
 
@@ -123,7 +108,7 @@ SCHEME = {"coasting_keeps_velocity", "order_is_as_declared", "long_fall", "tumbl
 @sampled(
     lambda check: str(check) in SCHEME,
     "check",
-    backend_checks("reference", options=REFERENCE.info.options(scheme="semi_implicit_euler")),
+    plugin_checks("backend", "reference", options=REFERENCE.info.options(scheme="semi_implicit_euler")),
     ids=str,
 )
 def test_reference_with_the_scheme_of_the_engines(check):
@@ -153,11 +138,11 @@ def test_reasons_of_skipped_checks_name_the_missing_declaration():
         assert result.outcome == "n/a"
         return result.detail
 
-    solver = partial(check_solver, Remembering, properties={"warm_start": True})
+    solver = partial(check_factory, "solver", Remembering, properties={"warm_start": True})
     assert reason(solver(only=["the_platform_does_not_matter"])) == "it does not declare platform_independent"
     expected = "it declares warm_start: earlier problems may affect its answers"
     assert reason(solver(only=["memory_never_decides"])) == expected
-    assert reason(check_controller(Silent, only=["platform_is_renewed"])) == "it does not support renew"
+    assert reason(check_factory("controller", Silent, only=["platform_is_renewed"])) == "it does not support renew"
 
 
 class Remembering(TensionSolver):
@@ -199,7 +184,7 @@ class UnprintableError(Exception):
     ],
 )
 def test_failures_of_plugins_are_described(plugin, detail):
-    (result,) = check_controller(plugin, only=["output_is_complete"])
+    (result,) = check_factory("controller", plugin, only=["output_is_complete"])
     assert (result.outcome, result.detail) == ("failed", detail)
 
 

@@ -9,39 +9,37 @@ import pytest
 import solver_mutants
 
 from cdpr.base.errors import CdprError
-from cdpr.testing import check_backend, check_controller, check_estimator, check_solver
+from cdpr.testing import check_factory
 from cdpr.testing.kit import BACKEND, CONTROLLER, ESTIMATOR, SOLVER
 from cdpr_controllers import ComputedTorqueOptions
 from cdpr_solvers.options import QpOptions
 
 ROLES = [
-    (check_backend, BACKEND, backend_mutants.MUTANTS, {}),
-    (check_solver, SOLVER, solver_mutants.MUTANTS, solver_mutants.QP),
-    (check_controller, CONTROLLER, controller_mutants.MUTANTS, {}),
-    (check_estimator, ESTIMATOR, estimator_mutants.MUTANTS, {}),
+    ("backend", BACKEND, backend_mutants.MUTANTS, {}),
+    ("solver", SOLVER, solver_mutants.MUTANTS, solver_mutants.QP),
+    ("controller", CONTROLLER, controller_mutants.MUTANTS, {}),
+    ("estimator", ESTIMATOR, estimator_mutants.MUTANTS, {}),
 ]
 
-OPTIONS = {check_solver: QpOptions(), check_controller: ComputedTorqueOptions()}  # of what most of them wrap
+OPTIONS = {"solver": QpOptions(), "controller": ComputedTorqueOptions()}  # of what most of them wrap
 
 BROKEN = [
-    pytest.param(check, mutant, {**base, **properties}, ids, id=f"{check.__name__}-{mutant.__name__}")
-    for check, _, mutants, base in ROLES
+    pytest.param(role, mutant, {**base, **properties}, ids, id=f"{role}-{mutant.__name__}")
+    for role, _, mutants, base in ROLES
     for mutant, (properties, ids) in mutants.items()
 ]
 
 
-@pytest.mark.parametrize(("check", "mutant", "properties", "ids"), BROKEN)
-@pytest.mark.usual("check_backend-[A-M]*", "check_controller-[A-P]*", "check_estimator-[L-R]*")
-def test_broken_plugin_is_caught(check, mutant, properties, ids):
-    results = check(mutant, properties=properties, options=OPTIONS.get(check), only=ids)
+@pytest.mark.parametrize(("role", "mutant", "properties", "ids"), BROKEN)
+@pytest.mark.usual("backend-[A-M]*", "controller-[A-P]*", "estimator-[L-R]*")
+def test_broken_plugin_is_caught(role, mutant, properties, ids):
+    results = check_factory(role, mutant, properties=properties, options=OPTIONS.get(role), only=ids)
     assert {result.id: result.outcome for result in results} == dict.fromkeys(ids, "failed")
     assert all(result.detail for result in results)
 
 
-@pytest.mark.parametrize(
-    ("check", "checks", "mutants", "base"), ROLES, ids=lambda value: getattr(value, "__name__", "")
-)
-def test_every_check_has_a_mutant(check, checks, mutants, base):
+@pytest.mark.parametrize(("role", "checks", "mutants", "base"), ROLES, ids=[role for role, *_ in ROLES])
+def test_every_check_has_a_mutant(role, checks, mutants, base):
     killed = {id for _, ids in mutants.values() for id in ids}
     assert {check.id for check in checks} == killed
 
@@ -59,26 +57,26 @@ def test_descriptions_of_checks_contain_reason_and_details(checks):
 
 @pytest.mark.slow
 def test_unbroken_estimator_passes():
-    results = check_estimator(estimator_mutants.Fitted, properties=estimator_mutants.SENSORS)
+    results = check_factory("estimator", estimator_mutants.Fitted, properties=estimator_mutants.SENSORS)
     assert [result for result in results if result.outcome == "failed"] == []
 
 
 def test_unbroken_wrapper_passes():
     """The mutants fail for their fault, not for the wrapping."""
-    results = check_backend(backend_mutants.Wrapped, properties={"order": 4})
+    results = check_factory("backend", backend_mutants.Wrapped, properties={"order": 4})
     assert [result for result in results if result.outcome == "failed"] == []
 
 
 @pytest.mark.slow
 def test_a_backend_without_guides_is_not_applicable():
-    results = {result.id: result for result in check_backend(backend_mutants.NoGuides)}
+    results = {result.id: result for result in check_factory("backend", backend_mutants.NoGuides)}
     assert results["held_directions_stay"].outcome == "n/a"
     assert "only free platforms" in results["held_directions_stay"].detail
 
 
 def test_expected_failures_are_strict():
     known = {"long_fall": "the engine clamps", "gravity_pulls": "no longer true"}
-    results = {r.id: r for r in check_backend(backend_mutants.Clamp, expected_failures=known, only=known)}
+    results = {r.id: r for r in check_factory("backend", backend_mutants.Clamp, expected_failures=known, only=known)}
     assert results["long_fall"].outcome == "expected"
     assert "the engine clamps" in results["long_fall"].detail
     assert results["gravity_pulls"].outcome == "failed"
@@ -86,10 +84,10 @@ def test_expected_failures_are_strict():
 
 
 def test_a_declared_clamp_is_no_fault():
-    (result,) = check_backend(backend_mutants.Clamp, properties={"speed_max": 100.0}, only=["long_fall"])
+    (result,) = check_factory("backend", backend_mutants.Clamp, properties={"speed_max": 100.0}, only=["long_fall"])
     assert result.outcome == "passed"
 
 
 def test_unknown_ids_are_refused():
     with pytest.raises(CdprError, match=r"unknown check long_fell; allowed: .*long_fall"):
-        check_backend(backend_mutants.Wrapped, expected_failures={"long_fell": "typo"})
+        check_factory("backend", backend_mutants.Wrapped, expected_failures={"long_fell": "typo"})

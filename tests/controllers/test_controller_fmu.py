@@ -11,7 +11,7 @@ from cdpr import load_scenario, simulate
 from cdpr.base.errors import ExitCode, FmuError, PlantEnded
 from cdpr.fmu.read.archive import open_archive
 from cdpr.simulation.build import build
-from cdpr.testing import check_controller
+from cdpr.testing import check_factory
 
 pytest.importorskip("fmpy")
 
@@ -80,5 +80,5 @@ def test_the_kit_takes_it(files):
     given = {key: value for key, value in options(files[3]).items() if key != "type"}
     chosen = entry.info.options.model_validate(given)
     only = {"output_is_complete", "inputs_stay_unchanged", "reset_forgets"}  # it takes no attitude
-    results = check_controller(entry.load(), properties={"output": "wrench"}, options=chosen, only=only)
+    results = check_factory("controller", entry.load(), properties={"output": "wrench"}, options=chosen, only=only)
     assert {result.outcome for result in results} <= {"passed"}, results

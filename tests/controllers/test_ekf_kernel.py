@@ -216,14 +216,12 @@ def test_a_measurement_changes_the_estimate_as_the_usual_equations_do(sensor):
 
 @pytest.mark.parametrize("name", ["off_centre", "cogiro_pulleys", "caroca_winches"])
 def test_encoders_change_the_estimate_as_the_usual_equations_do(name):
-    robot, tension = load(name), np.linspace(300.0, 900.0, 8)
-    if robot.cable_model == "elastic":  # friction of the drums would depend on the velocities
-        cables = (
-            replace(each, winch=replace(each.winch, viscous_friction=0.0, coulomb_friction=0.0))
-            for each in robot.cables
-        )
-        robot = replace(robot, cables=tuple(cables))
-    stretch = 1.0 + tension / [each.axial_stiffness for each in robot.cables] if robot.cable_model == "elastic" else 1.0
+    robot, tension, stretch = load(name), np.linspace(300.0, 900.0, 8), 1.0
+    if robot.cable_model == "elastic":  # the drums turn during the step
+        truth = truth_at(robot, STATE)
+        truth.start(tension[None])
+        truth.advance(tension[None], np.zeros((1, 6)))
+        stretch = (truth.cables(truth.place, truth.turn, truth.velocity, truth.spin)[0] / truth.unwound)[0]
 
     def values(state):
         truth = truth_at(replace(robot, cable_model="ideal"), state)
@@ -238,9 +236,11 @@ def test_encoders_change_the_estimate_as_the_usual_equations_do(name):
     found, covariance = filtered({0: [*values(true), *np.zeros(8)]}, sent=tension)
     noise = np.full(8, np.hypot(3e-4, 1e-3 / np.sqrt(12.0)))
     expected, left, nis = update(P, derivative(values, before), values(true) - values(before), noise)
-    assert errors(found[None], before[None])[0] == pytest.approx(expected, abs=1e-8)
+    # Platform and drums advance one after the other: their lengths differ from those of the integrator by 0.1 um.
+    near = 2e-7 if robot.cable_model == "elastic" else 1e-8
+    assert errors(found[None], before[None])[0] == pytest.approx(expected, abs=near)
     assert covariance == pytest.approx(left, abs=1e-10)
-    assert filtered.estimator.nis[0] == pytest.approx(nis, rel=1e-4)
+    assert filtered.estimator.nis[0] == pytest.approx(nis, rel=2e-3 if near > 1e-8 else 1e-4)
 
 
 def test_late_measurements_give_the_estimate_of_measurements_in_time():

@@ -9,11 +9,23 @@ from scipy import stats
 from cdpr.log.consistency import Squares, band
 
 QUANTILE = 1e-10  # relative error of a quantile
+MANY = 2e-6  # that of the approximation for many degrees of freedom
 
 
 @pytest.mark.parametrize("size", [1, 2, 3, 6, 7, 12, 41, 100])
 def test_bands_are_those_of_scipy(size):
     np.testing.assert_allclose(band(size), stats.chi2.ppf([0.025, 0.975], size), rtol=QUANTILE)
+
+
+@pytest.mark.parametrize("size", [1001, 5000, 240_000])
+def test_bands_of_many_are_those_of_scipy(size):
+    np.testing.assert_allclose(band(size), stats.chi2.ppf([0.025, 0.975], size), rtol=MANY)
+
+
+def test_the_last_square_is_kept():
+    squares, sizes = np.array([3.0, 5.0, np.nan]), np.array([2.0, 6.0, 0.0])
+    figures = Squares().added(squares, sizes).added(squares[2:], sizes[2:]).figures()
+    assert (figures["last"], figures["last_values"]) == (5.0, 6.0)
 
 
 def test_consistent_squares():

@@ -13,6 +13,7 @@ from additions import copy_of_program
 from conftest import ROOT
 from mcap.reader import make_reader
 
+from cdpr.base.errors import CdprError
 from cdpr.log.reader import load_run
 
 SCENARIO = """
@@ -122,6 +123,82 @@ MEASURED = """
         operations.append(Operation("geometry", measure))
 """
 
+
+REFLECTOR = '''\
+"""Reflector that a laser tracker follows."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from cdpr.base.columns import WORLD
+from cdpr.base.needs import Needs, of_sensor
+from cdpr.model.robot import Array
+from cdpr.native.bind import bind
+from cdpr.scene.sensors import SensorDrawing
+from cdpr.sensing.errors import Errors
+from cdpr.sensing.message import Message, quantity
+from cdpr.sensing.records import Records
+from cdpr.sensing.sensor import Quantity, Sensor, Sources, Truth
+from cdpr.tension.operations import Operation
+
+
+class Reflector(Sensor):
+    """Position of a reflector above the platform's origin."""
+
+    needs: ClassVar[Needs] = of_sensor()
+    quantities: ClassVar[tuple[Quantity, ...]] = (Quantity("place", 3, "m", "Position of the reflector", WORLD),)
+    measurement: ClassVar[str] = "receiver"
+
+    type: Literal["reflector"] = Field("reflector", description="laser tracker")
+    height: float = Field(0.0, description="height above the origin")
+    place: Errors = Field(Errors(), description="errors of the position")
+
+    @property
+    def arm(self) -> Array:
+        return np.array([0.0, 0.0, self.height])
+
+    def truth(self, sources: Sources) -> Truth:
+        values = np.zeros(3)
+        write = bind("point_on_platform", state=sources.state, point=self.arm, position=values)
+        return Truth(values, (Operation("sensors", write, timed=True),), (values,))
+
+    def measurement_numbers(self) -> list[float]:
+        return self.arm.tolist()
+
+    def drawing(self, extent: float) -> SensorDrawing:
+        return SensorDrawing(self.title, True, self.arm)
+
+    def message(self, cables: Sequence[str]) -> Message:
+        return Message("geometry_msgs/PointStamped", {"point": quantity("place")}, {})
+
+    def recorded_truth(self, key: str, records: Records) -> Array:
+        return records.position + records.to_world(self.arm)
+'''
+
+TRACKED = """
+robot: caroca.yaml
+simulation: {duration: 0.02}
+initial: {position: [0, 0, 1.2]}
+sensors: [{type: reflector, height: 0.5}]
+estimator: {type: ekf}
+"""
+
+SHOWN = """
+from cdpr.log.reader import load_run
+from cdpr.ui.report.plots.sensors import sensors
+
+run = load_run("tracked")
+assert abs(run["reflector_place"] - run.position - [0, 0, 0.5]).max() < 1e-12
+assert (run["nis_size"] == 3.0).all()
+(drawing,) = run.header.subject.sensors
+_, error = sensors(run)
+print(drawing.name, drawing.at[2], error.name, abs(error.curves[0].points.values).max())
+"""
 
 STILL = '''"""Estimate that remains at the start."""
 
@@ -285,6 +362,27 @@ def test_an_estimator(tree):
     done = run("check", "estimator", "still")
     assert done.returncode == 7  # it forgets no wrong start
     assert "passed  reset_forgets" in done.stdout
+
+
+@pytest.mark.slow
+def test_a_sensor(tree):
+    """A file, and a line in the table: the filter uses it; log and viewers show it."""
+    folder, add, run = tree
+    table = "cdpr/sensing/__init__.py"
+    line = '        "reflector": "cdpr.sensing.reflector:Reflector",\n'
+    add("cdpr/sensing/reflector.py", REFLECTOR, table, listed=(line, "Kinds[Sensor] = Kinds(\n    {\n"))
+    scenario = folder / "tracked.yaml"
+    shutil.copy(ROOT / "scenarios" / "robots" / "caroca.yaml", folder)
+    scenario.write_text(TRACKED)
+    done = run("run", scenario, "--out", folder / "tracked", "--no-report")
+    assert done.returncode == 0, done.stderr
+    with pytest.raises(CdprError, match="another version of cdpr: sensor 'reflector' of the type reflector: unknown"):
+        load_run(folder / "tracked")
+    with (folder / "tracked" / "log.mcap").open("rb") as file:
+        channels = make_reader(file).get_summary().channels.values()
+    assert "/cdpr/sensors/reflector" in {channel.topic for channel in channels}
+    shown = run("-c", SHOWN)
+    assert shown.stdout.split() == ["reflector", "0.5", "reflector_place_error", "0.0"], shown.stderr
 
 
 @pytest.mark.slow

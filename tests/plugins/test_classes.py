@@ -14,7 +14,7 @@ from pydantic import Field
 import cdpr
 from cdpr.analysis.jobs.pool import Case, run_cases
 from cdpr.base.errors import PluginError, ScenarioError
-from cdpr.plugins import Backend, Controller, PluginOptions, TensionSolver, registry
+from cdpr.plugins import Backend, Controller, Estimator, PluginOptions, SnapshotOfArrays, TensionSolver, registry
 from cdpr.simulation import loop_parts
 from cdpr.tension import Status
 from cdpr.ui.cli import cli
@@ -62,6 +62,22 @@ class Pinv(TensionSolver):
     def solve(self, W, wrench, t_min, t_max, tension):
         tension[:] = np.linalg.pinv(W) @ wrench
         return Status.OK
+
+
+class Motionless(SnapshotOfArrays, Estimator):
+    """A platform that is believed to stay `offset` metres above its start."""
+
+    class Options(PluginOptions):
+        offset: float = 0.0
+
+    arrays = ()
+
+    def connect(self, inputs):
+        self.inputs = inputs
+
+    def estimate(self, time, out):
+        out[:] = self.inputs.start
+        out[2] += self.options.offset
 
 
 class Still(Backend):
@@ -112,6 +128,36 @@ def test_a_class_has_options_that_are_checked():
         cdpr.simulate(CAROCA, controller=Hover, overrides={"controller.factor": -1.0})
 
 
+def test_an_estimator_is_chosen_by_class_or_name():
+    """The controller uses its estimate: PD terms act on the offset, with caroca's kp of 100 on 150 kg."""
+    changes = {**SHORT, "estimator.offset": 0.002}
+    run = cdpr.simulate(CAROCA, estimator=Motionless, overrides=changes)
+    assert run.header.estimator == "Motionless"
+    assert np.allclose(run["estimated_position"][:, 2] - run.position[0, 2], 0.002, atol=1e-12)
+    plain = cdpr.simulate(CAROCA, overrides=SHORT)
+    assert plain.wrench[0, 2] - run.wrench[0, 2] == pytest.approx(150 * 100 * 0.002, rel=1e-9)
+    named = cdpr.simulate(CAROCA, estimator="none", overrides=SHORT)
+    assert named.header.estimator == "none"
+    assert np.array_equal(named.rows, plain.rows)
+    with cdpr.Simulation(CAROCA, estimator=Motionless, overrides=changes) as simulation:
+        simulation.step(5)
+        assert np.array_equal(simulation.row, run.rows[5])
+    cases = cdpr.rollout(CAROCA, 2, vary={"estimator.offset": [0.0, 0.002]}, estimator=Motionless, overrides=SHORT)
+    assert np.array_equal(cases.tension[1, 0], run.tension[0])
+    batch = cdpr.Batch(CAROCA, 2, estimator=Motionless, overrides=changes)
+    batch.step(5)
+    assert np.array_equal(batch.column("position")[:, 1], run.position[5])
+
+
+def test_a_class_of_another_role_is_no_estimator():
+    with pytest.raises(
+        PluginError, match=r"estimator: expected a name or a class derived from cdpr\.plugins\.Estimator"
+    ):
+        cdpr.simulate(CAROCA, estimator=Hover)
+    with pytest.raises(PluginError, match="no estimator is named 'kalman'"):
+        cdpr.simulate(CAROCA, estimator="kalman")
+
+
 def test_a_loaded_scenario_takes_a_class_and_keeps_to_itself():
     scenario = cdpr.load_scenario(CAROCA, overrides=SHORT)
     assert cdpr.simulate(scenario, controller=Hover).header.controller == "Hover"
@@ -156,6 +202,21 @@ def test_a_file_runs_and_is_recorded(file, tmp_path):
     assert record["header"]["controller"] == "Hover"
     assert record["header"]["versions"]["mine.py"].startswith("sha256:")
     assert registry.plugin_files() == (), "the next command of this process knows nothing of it"
+
+
+def test_the_option_estimator_replaces_that_of_the_scenario(tmp_path):
+    scenario = ROOT / "scenarios" / "encoders_only.yaml"
+    short = ["--set", "simulation.duration=0.005", "--no-report"]
+    text = said("run", scenario, "--estimator", "forward_kinematics", *short, "--out", tmp_path / "run")
+    assert "reference, computed_torque, qp, forward_kinematics;" in text
+    assert "estimator forward_kinematics in place of ekf: left out force_noise, position_error, rotation_error" in text
+    run = cdpr.load_run(tmp_path / "run")
+    assert run.header.estimator == "forward_kinematics"
+    direct = cdpr.simulate(scenario, overrides={**SHORT, "estimator": {"type": "forward_kinematics"}})
+    assert not np.array_equal(direct.position, run.position), "the start of the estimate is not an option: it is kept"
+    message = said("run", scenario, "--estimator", "ekf", "--set", "estimator.type=none", code=2)
+    assert "--estimator ekf: estimator.type: contradicts" in message
+    assert "no estimator is named 'ekff': did you mean 'ekf'" in said("run", CAROCA, "--estimator", "ekff", code=3)
 
 
 def test_a_file_is_listed_and_checked(file):

@@ -18,6 +18,7 @@ import cdpr_solvers
 from cdpr.cables.chain import Part
 from cdpr.scenario.events import EVENTS
 from cdpr.scenario.motions import MOTIONS
+from cdpr.sensing import SENSORS
 
 BACKENDS = cdpr_backends.cdpr_backends()
 PLUGINS = [*BACKENDS, *cdpr_solvers.cdpr_solvers(), *cdpr_controllers.cdpr_controllers()]
@@ -102,9 +103,7 @@ OTHERS = [
     Other("mujoco", "cdpr.sensing", "the renderer of images, and its library"),
     Other("bullet", "cdpr.sensing", "likewise"),
     Other("pybullet", "cdpr.sensing", "likewise"),
-    Other("point", "cdpr.log.sensor_topics", "a field of a ROS message"),
-    Other("point", "cdpr.scene.sensors", "a key of sensors: where they are"),
-    Other("point", "cdpr.ui.report.plots.truths", "likewise"),
+    Other("point", "cdpr.sensing", "a field of a ROS message, and an argument of kernels"),
     Other("ideal", "cdpr.model.robot", "a function"),
     Other("ideal", "cdpr.model.cable", "the constant for a robot that names no cable model, below the table"),
     Other("ideal", "cdpr.analysis.compare.engines", "the constant for a backend that declares no cables of its own"),
@@ -181,6 +180,49 @@ def test_names_occur_only_in_their_files_and_tables(found):
     """Query a declared property instead; a default belongs in `cdpr.base.defaults`."""
     wrong = [f"{module}, line {one.line}: '{one.name}'" for module, one in found if not excepted(module, one)]
     assert wrong == []
+
+
+def sensors_named(text: str) -> Iterator[int]:
+    """Yield the lines of a Python file that compare the type of something with the name of a sensor."""
+
+    def is_type(node: ast.AST) -> bool:
+        if isinstance(node, ast.Call):
+            return isinstance(node.func, ast.Attribute) and node.func.attr == "kind"
+        if isinstance(node, ast.Subscript):
+            return isinstance(node.slice, ast.Constant) and node.slice.value == "type"
+        if isinstance(node, ast.Tuple):
+            return any(map(is_type, node.elts))
+        return isinstance(node, ast.Attribute) and node.attr == "type"
+
+    for node in ast.walk(ast.parse(text)):
+        sides: list[ast.AST] = []
+        if isinstance(node, ast.Compare) and any(map(is_type, (node.left, *node.comparators))):
+            sides = [node.left, *node.comparators]
+        elif isinstance(node, ast.Match) and is_type(node.subject):
+            sides = [case.pattern for case in node.cases]
+        constants = (each for side in sides for each in ast.walk(side) if isinstance(each, ast.Constant))
+        if any(each.value in SENSORS.homes for each in constants if isinstance(each.value, str)):
+            yield node.lineno
+
+
+def test_types_of_sensors_are_not_compared():
+    """A sensor declares its drawing, message, measurement model and recorded truth: `cdpr.sensing.Sensor`."""
+    found = {module: list(sensors_named(file.read_text())) for module, file in modules(ROOT, PACKAGES).items()}
+    assert {module: lines for module, lines in found.items() if lines} == {}
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        'sensor.type == "imu"',
+        'sensor["type"] in ("range", "scan")',
+        'if sensor.kind() != "camera": pass',
+        'match sensor["type"], key:\n    case ("markers", "pixel"): pass',
+    ],
+)
+def test_comparisons_with_types_of_sensors_are_found(text):
+    assert list(sensors_named(text)) == [1]
+    assert list(sensors_named(text.replace("sensor", "winch").replace("type", "name").replace("kind", "title"))) == []
 
 
 def test_all_kinds_are_known():

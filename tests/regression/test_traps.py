@@ -14,7 +14,7 @@ from spread import sampled
 
 import cdpr
 from cdpr.base.errors import Diverged
-from cdpr.testing import check_backend
+from cdpr.testing import check_factory
 from cdpr.ui.report.text.compare import LIMIT_ALONE, notes
 
 # Trap: the checks of the kit that must fail; whether the guards end a run in which it acts; whether a comparison fails.
@@ -59,7 +59,7 @@ def test_every_trap_is_in_the_table():
 @pytest.mark.slow
 @pytest.mark.parametrize("trap", CAUGHT)
 def test_kit(trap):
-    results = check_backend(make, options=TrapOptions(engine="reference", trap=trap), only=STEPPING)
+    results = check_factory("backend", make, options=TrapOptions(engine="reference", trap=trap), only=STEPPING)
     assert {result.id for result in results if result.outcome == "failed"} >= set(CAUGHT[trap][0])
     assert bool(CAUGHT[trap][0]) is any(result.outcome == "failed" for result in results)
 

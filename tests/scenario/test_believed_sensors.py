@@ -34,11 +34,15 @@ def load(sensors=SENSORS, **events):
         ({"type": "sensor_bump", "sensor": "receiver", "rotation": [0, 0, 1]}, "rotation: .*mount with axes"),
         ({"type": "sensor_bump", "sensor": "imu", "bias": [1, 2]}, "bias: expected one number, or 3 numbers, got 2"),
         ({"type": "sensor_bump", "sensor": "imu", "bias": 1, "quantity": "forze"}, "unknown quantity 'forze': did you"),
+        (
+            {"type": "sensor_bump", "sensor": "markers", "bias": 1, "quantity": "seen"},
+            "quantity 'seen': allowed: pixel",
+        ),
     ],
 )
 def test_impossible_events_are_reported(event, text):
     with pytest.raises(ScenarioError, match=text):
-        load(**event)
+        load([*SENSORS, LENS], **event)
 
 
 CAMERA = {"type": "camera", "position": [0.0, 0.0, 5.0]}

@@ -252,6 +252,8 @@ def test_without_egl_a_run_takes_bullet_or_fails_at_its_start(monkeypatch, tmp_p
         ({"sensors.0.renderer": "paint"}, r"sensors\[0\].renderer: "),
         ({"sensors.1.name": "roof"}, "both named 'roof'"),
         ({"sensors.0.focal": [1e12, 1e12]}, "focal: expected at most 640000 px and 480000 px"),
+        ({"sensors.0.focal": [400, 1e-300]}, "focal: expected at least 0.64 px and 0.48 px"),
+        ({"sensors.0.center": [1e300, 0]}, r"center: expected at most 640000 px and 480000 px in size"),
         ({"sensors.0.believed": {"focal": [410, 410]}}, r"sensors\[0\].believed: must be omitted for a camera"),
         *[
             ({"events": [{"time": 0.1, "sensor": "roof", **event}]}, rf"events\[0\].sensor: {UNDISTURBED}")

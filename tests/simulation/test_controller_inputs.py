@@ -16,7 +16,7 @@ from cdpr.plugins import Controller, SnapshotOfArrays
 from cdpr.plugins.controller import Tunable
 from cdpr.simulation.exported import control_of
 from cdpr.simulation.start import chosen_scenario
-from cdpr.testing import check_controller
+from cdpr.testing import check_factory
 from cdpr_controllers import ComputedTorqueOptions
 from cdpr_controllers.computed_torque import ComputedTorque
 
@@ -310,7 +310,7 @@ def test_invalid_periods_are_rejected(period):
 @pytest.mark.parametrize("kind", [Predictive, Watching])
 def test_they_cannot_be_exported(kind):
     with pytest.raises(CdprError, match=r"uses further inputs .* or has a period of several control steps"):
-        control_of(chosen_scenario("caroca", None, None, kind, None))
+        control_of(chosen_scenario("caroca", {"controller": kind}, None))
 
 
 class Adding(ComputedTorque):
@@ -334,7 +334,7 @@ def test_an_inner_loop_in_python_corrects_the_distributed_tensions():
     assert corrected.tension[-1, 1] == 0.0
     assert corrected.interpreted == ("controller",)
     with pytest.raises(CdprError, match="corrects the distributed tensions"):
-        control_of(chosen_scenario("caroca", None, None, Adding, None))
+        control_of(chosen_scenario("caroca", {"controller": Adding}, None))
 
 
 def test_options_in_scattered_elements_cannot_be_exported(monkeypatch):
@@ -344,10 +344,10 @@ def test_options_in_scattered_elements_cannot_be_exported(monkeypatch):
 
     monkeypatch.setattr(ComputedTorque, "tunable", tunable)
     with pytest.raises(PluginError, match="the array of the option 'kp' in `tunable` is not contiguous"):
-        control_of(chosen_scenario("caroca", None, None, None, None))
+        control_of(chosen_scenario("caroca", {}, None))
 
 
 def test_the_kit_checks_them():
     checks = ["period_is_whole", "inputs_may_change", "reset_forgets", "snapshot_restores"]
-    results = check_controller(Predictive, properties=Predictive.properties, only=checks)
+    results = check_factory("controller", Predictive, properties=Predictive.properties, only=checks)
     assert {result.id: result.outcome for result in results} == dict.fromkeys(checks, "passed")

@@ -12,6 +12,7 @@ import cdpr
 from cdpr.base.errors import CdprError
 from cdpr.plugins import EstimatorInputs, SensorModel
 from cdpr_controllers.estimators.ekf import Ekf
+from cdpr_controllers.estimators.ekf_stretch import drums_are_resolved
 
 SCENARIOS = ROOT / "scenarios"
 ENCODERS_ONLY = str(SCENARIOS / "encoders_only.yaml")
@@ -146,6 +147,37 @@ def test_load_cells_force_robots_whose_winches_take_lengths():
     assert rms(error_of(found["with"])[300:, 6:9]) < 0.2 * rms(error_of(found["without"])[300:, 6:9])
 
 
+def test_drums_with_inertia_and_friction_are_in_the_model():
+    about = {"sensors": [ENCODERS], "estimator": {"type": "ekf"}, "simulation.duration": 1.0}
+    found = cdpr.simulate(str(SCENARIOS / "winch.yaml"), overrides=about)
+    assert found["nees"].mean() < 12.0  # of a consistent filter; 66 with drums that follow at once
+    assert np.nansum(found["nis"]) / found["nis_size"].sum() == pytest.approx(1.0, abs=0.05)  # 8000 values: 0.016
+    assert rms(error_of(found)[:, :3]) < 2.5e-4
+
+
+def test_drums_on_stiff_cables_follow_at_once():
+    robot = cdpr.load_robot(SCENARIOS / "robots" / "caroca_winches.yaml")
+    assert drums_are_resolved(robot, STEP)
+    stiffness = robot.cables[0].axial_stiffness / 4.2  # N/m, of cables of about 4.2 m
+    near = 1.0 / np.sqrt(8.0 / 3.0 * stiffness / 150.0)  # s, if they point in all directions alike
+    assert not drums_are_resolved(robot, 2.0 * near)
+    assert not drums_are_resolved(cdpr.load_robot(SCENARIOS / "robots" / "caroca.yaml"), STEP)
+    about = {"sensors": [ENCODERS], "estimator": {"type": "ekf"}, "simulation.duration": 0.4}
+    stiff = {"robot.cable.axial_stiffness": 1e8, "robot.cable.damping": 1e4, "simulation.physics_step": 2e-5}
+    found = cdpr.simulate(str(SCENARIOS / "winch.yaml"), overrides={**about, **stiff})
+    assert found["nees"].mean() < 12.0
+
+
+@pytest.mark.parametrize("damping", [0.0, 20.0])
+def test_load_cells_give_the_stretch_of_soft_lines(damping):
+    """The platform drops by a decimetre: the damping of the lines carries up to 10 N, 15 mm of stretch."""
+    cells = {"type": "tension", "tension": {"noise": 1.0}}
+    about = {"sensors": [ENCODERS, cells], "estimator": {"type": "ekf"}, "simulation.duration": 1.0}
+    found = cdpr.simulate(str(SCENARIOS / "camera_robot.yaml"), overrides={**about, "robot.cable.damping": damping})
+    assert np.abs(error_of(found)[:, :3]).max() < 3e-3
+    assert found["nees"].mean() < 9.0  # 6 of a consistent filter
+
+
 @pytest.mark.parametrize(
     ("name", "text"),
     [
@@ -168,3 +200,9 @@ def test_exact_sensors_give_the_true_state():
 def test_sensors_that_determine_nothing_are_rejected():
     with pytest.raises(CdprError, match="expected at least one of pose"):
         cdpr.simulate(ENCODERS_ONLY, overrides={"sensors": [{"type": "range", "direction": [0, 0, -1]}]})
+
+
+def test_a_filter_that_diverges_ends_the_run_as_diverged():
+    sensors = [ENCODERS, {"type": "imu", "turn_rate": {"gain": 1e12}}]
+    with pytest.raises(cdpr.Diverged, match=r"sees is not finite; .*'estimation': check their options"):
+        cdpr.simulate(ENCODERS_ONLY, overrides={"sensors": sensors, "simulation.duration": 0.05})

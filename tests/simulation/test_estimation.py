@@ -199,6 +199,19 @@ def test_estimators_are_closed_and_described():
     assert Still.closed >= before + 2  # that of the check, and that of the loop
 
 
+@pytest.mark.parametrize("facts", [{"gain": np.zeros(3)}, {"gain": np.nan}])
+def test_facts_that_are_no_json_are_a_warning_and_the_run_is_kept(facts, tmp_path):
+    class Describing(Still):
+        def describe(self):
+            return facts
+
+    before = Still.closed
+    found = cdpr.simulate(loaded(Describing), out=tmp_path / "run")
+    assert next(event.text for event in found.events if "JSON" in event.text).startswith("the estimation raised ")
+    assert cdpr.load_run(tmp_path / "run").status == "finished"
+    assert Describing.closed >= before + 2
+
+
 @pytest.mark.parametrize(
     ("estimator", "sensors", "text"),
     [
@@ -254,6 +267,38 @@ def test_an_estimate_that_is_not_finite_ends_the_run():
 
     with pytest.raises(Diverged, match=r"t = 0.021 s: the state that .* sees is not finite; .*'estimation'"):
         run(Lost)
+
+
+@pytest.mark.parametrize("scale", [0.0, 1.001])
+def test_a_quaternion_without_the_norm_1_ends_the_run(scale):
+    class Grown(Still):
+        def estimate(self, time, out):
+            super().estimate(time, out)
+            out[3:7] *= scale if time > 0.02 else 1.0
+
+    with pytest.raises(
+        PluginError, match=r"t = 0.021 s: the estimator 'Grown' wrote the quaternion .*: expected the n"
+    ):
+        run(Grown)
+
+
+def _entry(i, j, value):
+    """Return a change of an entry of a covariance."""
+
+    def change(covariance):
+        covariance[i, j] = value
+
+    return change
+
+
+@pytest.mark.parametrize("change", [_entry(1, 0, 1e3), _entry(0, 1, 1e3), _entry(2, 2, -1e-9)])
+def test_a_matrix_that_is_no_covariance_has_no_nees(change):
+    class Lopsided(Still):
+        def estimate(self, time, out):
+            super().estimate(time, out)
+            change(self.covariance)
+
+    assert np.isnan(run(Lopsided)["nees"]).all()
 
 
 def test_a_pose_without_a_twist_suffices_for_an_estimator():

@@ -17,10 +17,12 @@ from cdpr.base.errors import CdprError
 from cdpr.plugins import Controller, SnapshotOfArrays
 from cdpr.plugins.registry import registry
 from cdpr.scenario import load_scenario
+from cdpr.simulation import linearised
 from cdpr.simulation import loop_problems as loop_problems_module
+from cdpr.simulation.build import build
 from cdpr.simulation.linearised import linearise
 from cdpr.simulation.linearised_scenario import NotLinearisedError
-from cdpr.simulation.loop_problems import loop_problems
+from cdpr.simulation.loop_problems import loop_problems, rest_poses
 from cdpr.simulation.poles import bandwidths, closed_loop, plant_poles, poles, verdict
 
 SCENARIOS = ROOT / "scenarios"
@@ -385,3 +387,17 @@ def test_slow_drives_are_reported(position_gain: float, slow: bool) -> None:
     text = dict(found).get(("controller",), "")
     assert known == "stable"
     assert ("the drives make the closed loop slow: its bandwidth is 0.29 Hz, that of kp and kd 1.6 Hz" in text) == slow
+
+
+@pytest.mark.parametrize("name", ["caroca", "camera_robot", "sagging"])
+def test_a_loop_that_serves_several_poses_has_the_bits_of_new_ones(name, monkeypatch):
+    scenario, built = load_scenario(SCENARIOS / f"{name}.yaml"), []
+    poses = list(rest_poses(scenario).values())
+    monkeypatch.setattr(linearised, "build", lambda held: built.append(held) or build(held))
+    with linearised.Linearisation(scenario) as reused:
+        for pose in (*poses, poses[0]):
+            one, other = reused.at(pose, response=True), linearise(scenario, pose, response=True)
+            for key in ("A", "B", "corners", "plant", "scale", "rest"):
+                assert np.array_equal(getattr(one, key), getattr(other, key)), key
+            assert (one.names, one.notes) == (other.names, other.notes)
+    assert len(built) == 1 + 3  # one for all poses, and one for each `linearise`

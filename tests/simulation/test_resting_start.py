@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from command_line import cdpr_here
@@ -11,6 +13,7 @@ from scipy.optimize import brentq
 import cdpr
 from cdpr.base.errors import CdprError
 from cdpr.scenario import load_scenario
+from cdpr.simulation.far_start import start_problems
 
 SCENARIOS = ROOT / "scenarios"
 HELD = {"initial.equilibrium": True, "trajectory": {"type": "hold"}, "simulation.duration": 1.0}
@@ -146,3 +149,46 @@ def test_a_payload_from_the_start_belongs_to_the_rest():
     payload = {"type": "payload", "mass": 5.0, "time": 0.0}
     run = cdpr.simulate(SCENARIOS / "camera_robot.yaml", overrides={**HELD, "events": [payload]})
     assert np.abs(run.position - run.position[0]).max() < 1e-9  # m: it stays at rest to round-off
+
+
+SOFT = {"robot.cable.axial_stiffness": 500.0}
+FAR_STARTS = {
+    "turned over": ("caroca", {"controller": LENGTHS}, ["0.053 m and 180 deg", r"0.35 m \(5% of the frame\)"]),
+    "far below": ("camera_robot", SOFT, ["0.424 m and 0 deg", r"0.2 m \(5% of the frame\)", "flex_compensation"]),
+}
+
+
+@pytest.mark.parametrize(("name", "changes", "texts"), FAR_STARTS.values(), ids=FAR_STARTS)
+def test_a_pose_of_rest_far_from_the_start_is_warned_of(name, changes, texts):
+    scenario = load_scenario(SCENARIOS / f"{name}.yaml", overrides={**HELD, **changes, "simulation.duration": 0.01})
+    run = cdpr.simulate(scenario)
+    ((path, text),) = start_problems(scenario)
+    (event,) = (event for event in run.events if event.text.startswith("initial.equilibrium"))
+    assert (event.kind, path) == ("start", ("initial", "equilibrium"))
+    assert event.text == f"initial.equilibrium: {text}"
+    for each in texts:
+        assert re.search(each, text)
+    at = np.round(run.position[0], 6)
+    assert f"position [{', '.join(f'{value + 0.0:.4g}' for value in at)}]" in text
+
+
+def test_the_remedies_of_a_far_start():
+    scenario = load_scenario(SCENARIOS / "camera_robot.yaml", overrides=HELD | SOFT)
+    assert start_problems(scenario)
+    assert start_problems(scenario.with_changes({"controller.flex_compensation": True})) == []
+
+
+@pytest.mark.parametrize("name", ["camera_robot", "hangprinter"])
+def test_stretch_and_sag_of_the_examples_are_near(name):
+    scenario = load_scenario(SCENARIOS / f"{name}.yaml", overrides={**HELD, "simulation.duration": 0.01})
+    assert start_problems(scenario) == []
+    assert [event for event in cdpr.simulate(scenario).events if event.kind == "start"] == []
+
+
+def test_validate_warns_of_a_far_start_and_rejects_one_without_rest():
+    given = ("--set", "initial.equilibrium=true", "--set", "trajectory={type: hold}")
+    far = cdpr_here("validate", "camera_robot", *given, "--set", "robot.cable.axial_stiffness=500")
+    assert "initial.equilibrium: the pose of rest for the first commands is 0.424 m" in far.stderr
+    light = ("--set", "controller={type: inverse_kinematics}", "--set", "believed={platform: {mass: 50}}")
+    none = cdpr_here("validate", "caroca", *given, *light, code=2)
+    assert "initial.equilibrium: no pose of rest was found" in none.stderr

@@ -195,3 +195,13 @@ def test_encoders_of_drums_measure_what_they_have_paid_out(backend):
 def test_invalid_sensors_are_one_clear_error(sensors, text):
     with pytest.raises(cdpr.ScenarioError, match=text):
         run(sensors)
+
+
+def test_a_column_of_the_controller_leaves_no_such_name_for_a_sensor():
+    scenario = cdpr.load_scenario(str(SCENARIOS / "visual_servo.yaml"), overrides={"sensors.0.name": "servo"})
+    text = "column 'servo_age' of controller 'visual_servo' and column 'servo_age' of sensor 'servo' would both be"
+    with pytest.raises(
+        cdpr.CdprError, match=f"sensors: {text} 'servo_age' in a table: choose another name for"
+    ) as found:
+        cdpr.simulate(scenario)
+    assert found.value.exit_code == 2

@@ -12,7 +12,7 @@ from cdpr.base.errors import CdprError
 SHORT = {"simulation.duration": 0.1}
 TENSION, WRENCH = np.full(8, 300.0), np.array([0.0, 0.0, 1500.0, 0.0, 0.0, 0.0])
 COMMANDS = {"tension": TENSION, "wrench": WRENCH}
-REFUSED = "step: the robot stops at {} s, and from then on wrench and tension cannot replace"
+REFUSED = "step: the robot stops at {} s, and from then on wrenches and commands cannot replace"
 
 
 def stop_at(time, category=2):

@@ -14,7 +14,7 @@ from cdpr.model.shapes import Obstacle
 from cdpr.plugins import Environment
 from cdpr.simulation.build import faults
 from cdpr.simulation.needs import omitted, require
-from cdpr.testing import check_backend, samples
+from cdpr.testing import check_factory, samples
 
 CAROCA = ROOT / "scenarios" / "caroca.yaml"
 BACKENDS = installed("reference", "mujoco", "bullet", "dart", "fmu")
@@ -81,9 +81,9 @@ def test_the_kit_checks_surroundings():
     from touching import Touching
 
     ids = ["obstacles_stop_the_platform", "distant_obstacles_have_no_effect", "operations_make_a_step"]
-    results = check_backend(Touching, properties=Touching.properties, only=ids)
+    results = check_factory("backend", Touching, properties=Touching.properties, only=ids)
     assert [(each.outcome, each.detail) for each in results] == [("passed", "")] * 3
-    results = check_backend(Touching, only=ids[1:])
+    results = check_factory("backend", Touching, only=ids[1:])
     assert {each.outcome for each in results} == {"n/a", "passed"}
 
 

@@ -2,7 +2,7 @@
 
 Newton and Euler about the origin in the axes of the platform, by the method of Runge and Kutta of fourth order, with
 tensions and a random wrench held over each control step. Cables leave points or swivelling pulleys; those that stretch
-hang on drums with inertia.
+hang on drums with inertia and friction.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class Truth:
     """Robots in N states at once, under tensions as sent.
 
     Args:
-        robot: a robot; its cables are ideal, or elastic on drums with inertia.
+        robot: a robot; its cables are ideal, or elastic on drums with inertia and friction.
         state: positions (N, 3), `Rotation` of N, velocities (N, 3), angular velocities (N, 3), world axes.
     """
 
@@ -84,7 +84,9 @@ class Truth:
         tension, winding = command, np.zeros_like(command)
         if self.elastic:
             tension = self.EA * (length / unwound - 1.0) + self.damping * (rate - unwinding)
-            winding = -(self.r**2) * (command - tension) / self.I
+            speed = -unwinding / self.r
+            friction = self.viscous * speed + self.coulomb * np.tanh(speed / self.knee)
+            winding = -self.r * (self.r * (command - tension) - friction) / self.I
         R = turn.as_matrix()
         omega = np.einsum("nji,nj->ni", R, spin)
         weight = self.mass * GRAVITY @ R

@@ -12,26 +12,27 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from cdpr.analysis.rollouts.case import BLOCK, Case, Plan
+from cdpr.analysis.rollouts.case import BLOCK, Case, Given, Plan
+from cdpr.analysis.rollouts.commands import check_given, given_command, rows_of
 from cdpr.analysis.rollouts.group import Group
 from cdpr.analysis.rollouts.vary import check_count, check_seed, values_of
 from cdpr.base import tolerances
 from cdpr.base.errors import CdprError, PluginError
 from cdpr.base.nearest import did_you_mean
 from cdpr.base.problems import shown
-from cdpr.model.arrays import checked
 from cdpr.model.robot import Array, read_only
 from cdpr.native.arrays import MASKED, masked
 from cdpr.native.operations import LANES
-from cdpr.plugins import Backend, Controller, TensionSolver
+from cdpr.plugins import Backend, Controller, Estimator, TensionSolver
 from cdpr.scenario import Scenario
+from cdpr.scenario.events.commands import Kind
 from cdpr.scenario.loader import AnyScenario
 from cdpr.scenario.repeatable import check_repeatable
 from cdpr.simulation.branches import Snapshot
 from cdpr.simulation.live import ExclusiveAccess
 from cdpr.simulation.moment import Moment
 from cdpr.simulation.needs import require
-from cdpr.simulation.start import chosen_scenario
+from cdpr.simulation.start import Chosen, chosen_scenario
 
 
 class Batch:
@@ -50,6 +51,7 @@ class Batch:
         backend: backend by name or class, as for `simulate`.
         solver: tension solver, likewise.
         controller: controller, likewise.
+        estimator: estimator, likewise.
 
     Attributes:
         rows: (columns, lanes) rows of all lanes, columns as in `Run.rows`; live and read-only.
@@ -84,12 +86,13 @@ class Batch:
         backend: str | type[Backend] | None = None,
         solver: str | type[TensionSolver] | None = None,
         controller: str | type[Controller] | None = None,
+        estimator: str | type[Estimator] | None = None,
     ) -> None:
         n = check_count(lanes, "Batch: lanes")
-        chosen = {"backend": backend, "solver": solver, "controller": controller}
+        chosen: Chosen = {"backend": backend, "solver": solver, "controller": controller, "estimator": estimator}
         check_seed(seed, "Batch")
         values = {} if vary is None else values_of(vary, n, seed, overrides, chosen, "Batch")
-        base = chosen_scenario(scenario, backend, solver, controller, overrides)
+        base = chosen_scenario(scenario, chosen, overrides)
         check_repeatable(base, "a batch")
         require(base, "rollout")
         self._plan = plan = Plan(base, tuple(values), 0, ())
@@ -146,16 +149,31 @@ class Batch:
         at = known[name]
         return self.rows[at if isinstance(at, slice) else slice(at, at + 1)]
 
-    def step(self, n: int = 1, *, mask: ArrayLike | None = None, wrench: ArrayLike | None = None) -> None:
+    def step(
+        self,
+        n: int = 1,
+        *,
+        mask: ArrayLike | None = None,
+        wrench: ArrayLike | None = None,
+        tension: ArrayLike | None = None,
+        length: ArrayLike | None = None,
+        rate: ArrayLike | None = None,
+        command: ArrayLike | None = None,
+    ) -> None:
         """Take active lanes n control steps further, or as many as they have left.
 
-        With its last step a lane completes the last sample, and becomes inactive.
+        With its last step a lane completes the last sample, and becomes inactive. Wrenches and commands are held for
+        the n steps, with the meaning and the bits of those of `Simulation.step`; rows of lanes that are not stepped are
+        ignored.
 
         Args:
             n: number of steps, at least 1.
             mask: (lanes,) True for the lanes to step; by default all.
-            wrench: (lanes, 6) required wrenches of the cables during these steps, N and N m, in place of the
-                controllers' answers, as for `Simulation.step`.
+            wrench: (lanes, 6) required wrenches of the cables, N and N m, in place of the controllers' answers.
+            tension: (lanes, m) tensions, N, in place of the solver's answers, too.
+            length: (lanes, m) unwound lengths, m, likewise; all winches must take lengths.
+            rate: (lanes, m) rates of the unwound lengths, m/s, likewise.
+            command: (lanes, m) for each cable the quantity that its winch takes: N, m or m/s.
 
         Raises:
             CdprError: if an argument is wrong, or the batch is closed. Errors that end a lane are in `errors`.
@@ -164,17 +182,19 @@ class Batch:
             raise CdprError(f"step: expected a whole number of steps, at least 1, got {shown(n)}")
         with self._exclusive("step"):
             self._open("step")
-            given = None if wrench is None else checked(wrench, (len(self), 6), "wrench", finite=True)
+            kinds: dict[Kind, ArrayLike | None] = {"wrench": wrench, "tension": tension, "length": length}
+            kinds |= {"rate": rate, "command": command}
+            given = given_command(kinds, len(self), self.scenario.robot.m)
             chosen = self._active if mask is None else self._active & self._mask(mask)
             bits = chosen.tolist()
             if given is not None:
-                self._check_stop(np.flatnonzero(chosen).tolist(), int(n))
+                check_given(self._cases, np.flatnonzero(chosen).tolist(), given, int(n), self._plan.steps)
             for first in range(0, len(self), LANES):
                 stop = min(first + LANES, len(self))
                 lanes = [lane for lane in range(first, stop) if bits[lane]]
                 if lanes:
                     at = slice(first, stop) if len(lanes) == stop - first else lanes
-                    self._go(lanes, at, int(n), None if given is None else given[at])
+                    self._go(lanes, at, int(n), rows_of(given, at))
 
     def reset(self, lanes: int | Sequence[int] | NDArray[np.integer] | None = None) -> None:
         """Restart lanes, also those that have ended.
@@ -278,27 +298,19 @@ class Batch:
         if case.started:
             self._show([lane])
 
-    def _go(self, lanes: list[int], at: slice | list[int], n: int, wrenches: Array | None) -> None:
+    def _go(self, lanes: list[int], at: slice | list[int], n: int, given: Given | None) -> None:
         """Step lanes of one group; `at` are the same lanes as an index."""
         cases, last = [self._cases[lane] for lane in lanes], self._plan.steps
         group, samples = self._groups[lanes[0] // LANES], self._samples[at] + n
         stops = [min(case.count + n, last) for case in cases]
-        if samples.max() < last and group.again(cases, stops, wrenches, self._rows, at):
+        if samples.max() < last and group.again(cases, stops, given, self._rows, at):
             self._samples[at], self._time[at] = samples, self._rows[0, at]
             return
-        group.go(cases, stops, wrenches)
+        group.go(cases, stops, given)
         for case in cases:
             if case.count == last and case.going:
                 case.finish()
         self._show(lanes)
-
-    def _check_stop(self, lanes: list[int], n: int) -> None:
-        """Raise CdprError if the robot of one of these lanes stops within n steps."""
-        for lane in lanes:
-            outside = self._cases[lane].loop.outside
-            if outside.end <= self._plan.steps:
-                count = int(self._samples[lane])
-                outside.check_stop(count, min(n, self._plan.steps - count), self._plan.steps, f"step: lane {lane}")
 
     def _show(self, lanes: Sequence[int]) -> None:
         """Update the rows of begun lanes of one group."""

@@ -59,12 +59,12 @@ class Block:
         given = [recipe.read(at, _native(self._bound[at])) for at in self._wide]
         for bound in self._bound:
             recipe.note(bound)
-        own = None if case.wrench is None else recipe.known(case.wrench)
+        own = None if case.given is None else recipe.known(case.given)
         if own is not None and own not in recipe.moved:
             recipe.moved.append(own)
         self._starts = np.cumsum([0, *(root.size for root in recipe.roots)])
         self.lanes = np.zeros((int(self._starts[-1]), LANES))
-        self._wrench = None if own is None else slice(int(self._starts[own]), int(self._starts[own + 1]))
+        self._given = None if own is None else slice(int(self._starts[own]), int(self._starts[own + 1]))
         self._table = np.zeros((len(found), 5), dtype=np.int64)
         self._table[:, ways.WAY], self._table[:, ways.IN] = found, -1
         complete = found.index(ways.COMPLETE)
@@ -142,11 +142,14 @@ class Block:
         rows[:, at] = self.lanes[: len(rows), self._order]
         return True
 
-    def give(self, cases: list[Case], wrenches: Array) -> bool:
-        """Write the wrenches (cases, 6) for the cases of the last call; return whether these are the same cases."""
-        if cases != self._present or self._wrench is None:
+    def give(self, cases: list[Case], values: Array) -> bool:
+        """Write the values (cases, k) of an external command for the cases of the last call.
+
+        Return whether these are the same cases.
+        """
+        if cases != self._present or self._given is None:
             return False
-        self.lanes[self._wrench, self._order] = wrenches.T
+        self.lanes[self._given, self._order] = values.T
         return True
 
     def _leaving(self, cases: Sequence[Case], stops: Sequence[int], left: int) -> None:

@@ -21,6 +21,7 @@ from cdpr.log.layout import Layout
 from cdpr.model.robot import Array
 from cdpr.scenario import Scenario
 from cdpr.scenario.events import ScenarioEvent, broken, redirected
+from cdpr.scenario.events.commands import Kind
 from cdpr.simulation.build import build
 from cdpr.simulation.columns import columns_of
 from cdpr.simulation.loop import Loop
@@ -32,6 +33,8 @@ from cdpr.simulation.renewal import renew
 from cdpr.simulation.resting_start import warm_up
 from cdpr.simulation.runner import STATUS
 from cdpr.simulation.step_kernel import SAMPLE
+
+Given = tuple[Kind, Array]  # kind and values of external wrenches or commands: of one case, or a row for each
 
 BLOCK = 1024  # samples that are processed together: few turns to Python, and they stay in the cache
 
@@ -127,8 +130,8 @@ class Case:
     Attributes:
         loop: closed loop, once begun.
         figures: counted figures, once begun.
-        pipeline: pipeline of its steps: the loop's, or one in which an external wrench replaces the controller's.
-        wrench: (6,) N and N m, external wrench of that pipeline; None before the first one.
+        pipeline: pipeline of its steps: the loop's, or one in which an external command replaces an answer.
+        given: external wrench (6,) or commands (m,) that this pipeline reads; None before the first one.
         going: True if it has begun, and has not ended early.
         error: error of cdpr that ended it.
         live: events from outside that came with a loaded state.
@@ -156,7 +159,7 @@ class Case:
         self._start: Moment | None = None
         self.going = False
         self.error: CdprError | None = None
-        self.wrench: Array | None = None
+        self.given: Array | None = None
         self.live: tuple[ScenarioEvent, ...] = ()
         self.home: Home | None = None
         self.known: dict[Home, tuple[Pipeline, NDArray[np.int64] | None]] = {}
@@ -254,15 +257,16 @@ class Case:
         if self.home is not None:
             self.home.release(self)
 
-    def give(self, wrench: Array | None) -> None:
-        """Replace the controller's answer by a wrench (6,) from now on; None restores the controller."""
-        if wrench is None:
+    def give(self, given: Given | None) -> None:
+        """Replace the answer of controller or solver from now on; None restores the controller."""
+        if given is None:
             self.pipeline = self.loop.pipeline
         else:
             self.leave_block()
-            command = self.loop.outside.command("wrench")
-            self.pipeline, self.wrench = command.pipeline, command.values
-            self.wrench[:] = wrench
+            kind, values = given
+            command = self.loop.outside.command(kind)
+            self.pipeline, self.given = command.pipeline, command.values
+            self.given[:] = values
 
     def finish_step(self, complete: int) -> None:
         """Continue from within a step to its end; `complete` is the index of the operation that completes a sample."""
@@ -278,7 +282,7 @@ class Case:
         """Complete the samples before this one, and observe it."""
         self.leave_block()
         with self._attempt():
-            self.loop.go(sample, Pace(self._take, block=BLOCK), self._given)
+            self.loop.go(sample, Pace(self._take, block=BLOCK), self._replaced)
             self._take(self.loop.count)
 
     def finish(self) -> None:
@@ -289,7 +293,7 @@ class Case:
         if self.going:
             with self._attempt():
                 with self.loop.timed():
-                    self.loop.decide(self._given)
+                    self.loop.decide(self._replaced)
                 self._take_last()
         if self.going and not np.isfinite(self.out).all():
             plan = self._plan
@@ -331,7 +335,7 @@ class Case:
         self.error, self.going = None, True
 
     @property
-    def _given(self) -> Pipeline | None:
+    def _replaced(self) -> Pipeline | None:
         return None if self.pipeline is self.loop.pipeline else self.pipeline
 
     @contextmanager

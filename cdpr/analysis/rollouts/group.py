@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from cdpr.analysis.rollouts import block
-from cdpr.analysis.rollouts.case import Case, Plan
+from cdpr.analysis.rollouts.case import Case, Given, Plan
 from cdpr.analysis.rollouts.recipe import UnfitError
 from cdpr.model.robot import Array
+from cdpr.scenario.events.commands import Kind
 
 
 class Group:
@@ -19,23 +20,22 @@ class Group:
 
     def __init__(self, plan: Plan) -> None:
         self._plan = plan
-        self._blocks: dict[
-            bool, block.Block | None
-        ] = {}  # with and without external wrenches; None if the cases do not fit
+        # By the kind of external commands, None without any; no block if the cases do not fit.
+        self._blocks: dict[Kind | None, block.Block | None] = {}
 
-    def go(self, cases: Sequence[Case], stops: Sequence[int], wrenches: Array | None = None) -> None:
+    def go(self, cases: Sequence[Case], stops: Sequence[int], given: Given | None = None) -> None:
         """Take up to eight cases to their own samples, unless they end before.
 
         Args:
             cases: cases, all begun.
             stops: number of the sample of each.
-            wrenches: (cases, 6) N and N m, in place of the controller's answers.
+            given: kind and values (cases, 6) or (cases, m) of external wrenches or commands.
         """
         ready = [(case, stop) for case, stop in zip(cases, stops, strict=True) if case.ready(stop)]
         for k, case in enumerate(cases):
             if case.started:
-                case.give(None if wrenches is None else wrenches[k])
-        shared = self._block(wrenches is not None, [case for case, _ in ready])
+                case.give(None if given is None else (given[0], given[1][k]))
+        shared = self._block(None if given is None else given[0], [case for case, _ in ready])
         if shared is not None:
             shared.go(*zip(*ready, strict=True))
         for case, stop in ready:
@@ -46,7 +46,7 @@ class Group:
         self,
         cases: list[Case],
         stops: Sequence[int],
-        wrenches: Array | None,
+        given: Given | None,
         rows: Array,
         at: slice | list[int],
     ) -> bool:
@@ -54,19 +54,19 @@ class Group:
 
         Return False if `go` has to do or to finish this.
         """
-        shared = self._blocks.get(wrenches is not None)
-        if shared is None or (wrenches is not None and not shared.give(cases, wrenches)):
+        shared = self._blocks.get(None if given is None else given[0])
+        if shared is None or (given is not None and not shared.give(cases, given[1])):
             return False
         return shared.again(cases, stops, rows, at)
 
-    def _block(self, given: bool, cases: Sequence[Case]) -> block.Block | None:
+    def _block(self, kind: Kind | None, cases: Sequence[Case]) -> block.Block | None:
         """Return the block; None if these cases are too few, or run alone."""
-        if given not in self._blocks and len(cases) >= block.WORTHWHILE:
+        if kind not in self._blocks and len(cases) >= block.WORTHWHILE:
             try:
-                self._blocks[given] = block.Block(self._plan, cases[0])
+                self._blocks[kind] = block.Block(self._plan, cases[0])
             except UnfitError:
-                self._blocks[given] = None
-        return self._blocks.get(given) if cases else None
+                self._blocks[kind] = None
+        return self._blocks.get(kind) if cases else None
 
     def show(self, cases: Sequence[Case], rows: Array, columns: Sequence[int]) -> None:
         """Write the rows of the cases in lanes into columns of `rows`."""

@@ -63,13 +63,13 @@ class Rollouts:
         return f"<Rollouts of {self.name}: {len(self)} cases ({ended}), {len(self.time)} samples each of {kept}>"
 
     def __getitem__(self, name: str) -> Array:
-        """Return a column by name: (N, K) for one number, else (N, K, width)."""
+        """Return a column by name: (N, K) for one number, else (N, K, width); columns of cables are (N, K, m)."""
         if name not in self._places:
             raise KeyError(
                 f"{name}: not recorded; recorded columns: {', '.join(self._places)}; choose columns by columns="
             )
-        block = self.rows[:, :, self._places[name]]
-        return block[:, :, 0] if block.shape[2] == 1 else block
+        block, column = self.rows[:, :, self._places[name]], next(each for each in self.columns if each.name == name)
+        return block[:, :, 0] if column.width == 1 else block
 
     def __getattr__(self, name: str) -> Array:
         if name.startswith("_") or "columns" not in self.__dict__:  # during a copy

@@ -28,7 +28,7 @@ from cdpr.base.problems import shown
 from cdpr.config.overrides import plain_value
 from cdpr.log.run_folder import folder_name
 from cdpr.model.robot import Array, read_only
-from cdpr.plugins import Backend, Controller, TensionSolver
+from cdpr.plugins import Backend, Controller, Estimator, TensionSolver
 from cdpr.plugins.classes import PluginFile
 from cdpr.plugins.registry import plugin_files, use_files
 from cdpr.scenario import Scenario
@@ -40,7 +40,7 @@ from cdpr.simulation.header import plugins_of, versions_of
 from cdpr.simulation.loop import Loop
 from cdpr.simulation.loop_parts import check_entries, entries
 from cdpr.simulation.needs import require, supported
-from cdpr.simulation.start import chosen_scenario
+from cdpr.simulation.start import Chosen, chosen_scenario
 
 KIND = "rollout"
 
@@ -65,6 +65,7 @@ def rollout(
     backend: str | type[Backend] | None = None,
     solver: str | type[TensionSolver] | None = None,
     controller: str | type[Controller] | None = None,
+    estimator: str | type[Estimator] | None = None,
     every: float | None = None,
     columns: Sequence[str] = COLUMNS,
     threads: int | None = None,
@@ -84,6 +85,7 @@ def rollout(
         backend: backend by name or class, as for `simulate`.
         solver: tension solver, likewise.
         controller: controller, likewise.
+        estimator: estimator, likewise.
         every: distance of the kept samples: an int in samples, a float in s. The last sample is kept, too. The default
             keeps about a hundred.
         columns: names of the kept columns of a run.
@@ -114,15 +116,13 @@ def rollout(
         (3, 3, 3)
     """
     n = check_count(n)
-    chosen = {"backend": backend, "solver": solver, "controller": controller}
+    chosen: Chosen = {"backend": backend, "solver": solver, "controller": controller, "estimator": estimator}
     values = values_of(vary, n, seed, overrides, chosen)
     if scheduler is not None and not isinstance(scheduler, str):
         raise CdprError(f"rollout: scheduler: expected an address such as tcp://host:8786, got {shown(scheduler)}")
-    if scheduler is not None and not all(
-        each is None or isinstance(each, str) for each in (backend, solver, controller)
-    ):
+    if scheduler is not None and not all(each is None or isinstance(each, str) for each in chosen.values()):
         raise CdprError("rollout: a class does not go with scheduler: put it into a file for --plugin, or install it")
-    base = chosen_scenario(scenario, backend, solver, controller, overrides)
+    base = chosen_scenario(scenario, chosen, overrides)
     check_repeatable(base, "a rollout")
     require(base, "rollout")
     plan = Plan(base, tuple(values), _every(every, base), _columns(columns, base))

@@ -16,6 +16,7 @@ from cdpr.config.messages import explain
 from cdpr.config.overrides import Overrides, marked_changes, plain_value, read_overrides
 from cdpr.config.problems import Problems
 from cdpr.native.arrays import MASKED, masked
+from cdpr.plugins.registry import Role
 from cdpr.scenario import nominal
 from cdpr.scenario.choices import CHOICES
 from cdpr.scenario.schema import MAX_SEED
@@ -46,14 +47,14 @@ def values_of(
     n: int,
     seed: object,
     overrides: Overrides | None,
-    chosen: Mapping[str, object],
+    chosen: Mapping[Role, object],
     title: str = "rollout",
 ) -> dict[str, Sequence[Any]]:
     """Return the values of each key for n cases: arrays (n, ...) of numbers, or lists of other values.
 
     Each key has an array (n, ...) or a list of n values, or a distribution as in a study's `random`: {"uniform":
     [lowest, highest]}, {"normal": [mean, standard deviation]} or {"log_uniform": [lowest, highest]}, optionally with
-    its own "seed". Keys must not contradict the `overrides` and the `chosen` backend, solver and controller.
+    its own "seed". Keys must not contradict the `overrides` and the `chosen` plugins.
 
     Raises:
         ScenarioError: with all errors, one per line.

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any
+
+UNIT = re.compile(r"_(m_s|rad_s|[A-Za-z]+)$")  # at the end of a key
 
 # keys with a column of their own, given by an axis, not numeric, or machine-dependent
 BESIDES = (
@@ -40,6 +43,22 @@ FIGURES = (
     "motor_voltage_max_V",
     "electrical_energy_used_J",
     "electrical_energy_regenerated_J",
+    "estimate_position_error_max_m",  # if the scenario has an estimator
+    "estimate_position_error_rms_m",
+    "estimate_orientation_error_max_rad",
+    "estimate_orientation_error_rms_rad",
+    "estimate_velocity_error_max_m_s",
+    "estimate_velocity_error_rms_m_s",
+    "estimate_angular_velocity_error_max_rad_s",
+    "estimate_angular_velocity_error_rms_rad_s",
+    "estimate_nis_mean_per_value",  # if it predicts measurements
+    "estimate_nis_inside_95_percent",
+    "estimate_nis_last",
+    "estimate_nis_last_values",
+    "estimate_nees_mean_per_value",  # if it has a covariance
+    "estimate_nees_inside_95_percent",
+    "estimate_nees_last",
+    "estimate_nees_last_values",
     "residual_max_N",
     "margin_min_N",
     "clearance_min_m",  # if all cables have diameters
@@ -71,11 +90,21 @@ def figures(summary: Mapping[str, Any]) -> dict[str, bool | int | float | None]:
     out: dict[str, bool | int | float | None] = {}
     for key, value in summary.items():
         if isinstance(value, Mapping):
-            name, _, unit = key.rpartition("_")
-            for part, number in value.items():
-                if not isinstance(number, list):
-                    has_unit = isinstance(number, int | float) and not isinstance(number, bool)
-                    out[f"{name}_{part}_{unit}" if has_unit else f"{name}_{part}"] = number
+            out |= _flat(key, value)
         elif key not in BESIDES:
             out[key] = value
+    return out
+
+
+def _flat(key: str, values: Mapping[str, Any]) -> dict[str, bool | int | float | None]:
+    """Return the figures of one mapping, with the unit of its key at the end of their names."""
+    out: dict[str, bool | int | float | None] = {}
+    found = UNIT.search(key)
+    stem, unit = (key, "") if found is None else (key[: found.start()], found[0])
+    for part, number in values.items():
+        if isinstance(number, Mapping):
+            out |= {f"{key}_{name}": each for name, each in _flat(part, number).items()}
+        elif not isinstance(number, list):
+            has_unit = isinstance(number, int | float) and not isinstance(number, bool)
+            out[f"{stem}_{part}{unit if has_unit else ''}"] = number
     return out

@@ -13,6 +13,7 @@ from cdpr.analysis.jobs.folder import LEDGER_NAME, RESULTS
 from cdpr.analysis.jobs.pool import Case, Executor, Outcome, run_cases
 from cdpr.analysis.study.folder import StudyFolder
 from cdpr.analysis.study.plan import Study, StudyCase
+from cdpr.analysis.study.spread import Spread, spread_table, spreads
 from cdpr.analysis.study.table import Table, make_table, times, to_csv, to_parquet
 from cdpr.base.errors import ExitCode, OutputError, PluginError
 from cdpr.log.files import replace as write
@@ -42,6 +43,16 @@ class Results:
         """Summary of the outcomes in words."""
         text = ", ".join(f"{count} {status}" for status, count in self.counts.items())
         return text + (f"; {self.strained} with samples without valid tensions" if self.strained else "")
+
+    @property
+    def spreads(self) -> list[Spread]:
+        """Mean and spread over the seeds for each combination of the other axes; empty without an axis of seeds."""
+        return spreads(self.study, self.table)
+
+    @property
+    def spread(self) -> Table | None:
+        """The same as a table, the content of spread.csv; None without an axis of seeds."""
+        return spread_table(self.study, self.table)
 
     @property
     def strained(self) -> int:
@@ -137,7 +148,7 @@ def run_study(
                 say(f"computed by other versions than those here: {after}")
         finally:
             table = make_table(study, folder.rows)
-            _write(out, table, times(study, folder.rows), say)
+            _write(out, table, spread_table(study, table), times(study, folder.rows), say)
         return Results(study, out, folder.rows, table)
     finally:
         folder.close()
@@ -160,8 +171,10 @@ def _case(case: StudyCase, study: Study, folder: StudyFolder) -> Case:
     return Case(case.id, case.scenario, out=out, text=case.text)
 
 
-def _write(out: Path, table: Table, wall_clock: Table, say: Callable[[str], None]) -> None:
+def _write(out: Path, table: Table, spread: Table | None, wall_clock: Table, say: Callable[[str], None]) -> None:
     write(out / "table.csv", to_csv(table))
+    if spread is not None:
+        write(out / "spread.csv", to_csv(spread))
     write(out / "times.csv", to_csv(wall_clock))
     try:
         write(out / "table.parquet", to_parquet(table))

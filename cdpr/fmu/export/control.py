@@ -3,15 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from cdpr.fmu.export.variables import Variable, entrance, parameter
+from cdpr.base.columns import Column
+from cdpr.base.units import known_unit
+from cdpr.fmu.export.variables import Variable, entrance, output, parameter
 from cdpr.fmu.export.winch_variables import prescribed
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.entries import TABLE, headers_of, own_entries, table
 from cdpr.native.exported_pipeline import ExportedPipeline
 from cdpr.native.own import Own
+
+# Arrays of a pipeline that the plant writes for sensors: unwound lengths and rates of the winches, and the tensions at
+# the platform and at the winch, (2, m) each.
+WINCH_SENSORS = PAID_OUT, PULLS = "paid_out", "pulls"
 
 # Desired motion: name, numbers, unit, text; together the 19 of `cdpr.model`.
 DESIRED = (
@@ -35,6 +41,8 @@ class Control:
         pipeline: operations of a control step, with the arrays `state`, `desired`, `tension`, `report` and `lines`.
         own: headers of operations that are not in the kernel library, and their entries by name.
         desired: (19,) at the start.
+        columns: outputs of sensors and estimator, which links copy from arrays.
+        unused: names of the sensors that the export omits.
     """
 
     names: Sequence[str]
@@ -44,6 +52,8 @@ class Control:
     own: Mapping[str, Own]
     control_step: float
     desired: Array
+    columns: Sequence[Column] = ()
+    unused: Sequence[str] = ()
 
     def sources(self) -> dict[str, bytes]:
         """Return the C++ file that lists the operations, and the required headers of the kernel library."""
@@ -66,6 +76,21 @@ class Control:
             first += size
         return found
 
+    @property
+    def measures_winches(self) -> bool:
+        """Return True if sensors measure the winches of the plant, in arrays that the plant writes."""
+        return any(self.pipeline.find(name) is not None for name in WINCH_SENSORS)
+
+    def outputs(self) -> list[Variable]:
+        """Return the outputs of sensors and estimator, in the units of a run's columns."""
+        return [self._output(column) for column in self.columns]
+
+    def _output(self, column: Column) -> Variable:
+        size, text = column.width or self.robot.m, column.text[0].lower() + column.text[1:]
+        about = f"{text}, at the last control step; 0 before the first step"
+        found = output(column.name, size, _unit_of_fmu(column.unit), about)
+        return replace(found, shape=()) if column.width == 1 else found
+
     def parameters(self) -> list[Variable]:
         """Return the parameters: the controller's options and its step."""
         own = [
@@ -73,6 +98,11 @@ class Control:
             for name, values in self.options.items()
         ]
         text = "time between decisions"
-        if prescribed(self.robot):  # their operations contain it
+        if prescribed(self.robot) or self.columns:  # operations of winches and sensors contain it
             return [*own, Variable("control_step", "constant", (), "s", (self.control_step,), text)]
         return [*own, parameter("control_step", (), "s", [self.control_step], text, False, least=0.0)]
+
+
+def _unit_of_fmu(unit: str) -> str:
+    """Return the unit of a column in the notation of FMI; "" for one without SI units, such as px."""
+    return unit.replace("^", "").replace(" ", ".") if known_unit(unit) else ""

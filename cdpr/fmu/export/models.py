@@ -9,6 +9,7 @@ import numpy as np
 
 from cdpr.base.errors import CdprError
 from cdpr.cables import immediate, takes_lengths
+from cdpr.cables.motor import motor_table
 from cdpr.cables.tables import command_kinds
 from cdpr.fmu.export.control import Control
 from cdpr.fmu.export.loads import Load, load_variables
@@ -24,6 +25,7 @@ from cdpr.fmu.export.winch_variables import (
     all_stretch,
     command_names,
     command_variables,
+    has_motors,
     plant_outputs,
     prescribed,
     usual_tension,
@@ -102,6 +104,11 @@ class Plant(Model):
                 f"robot '{self.robot.name}' has ideal cables, so there is no winch to export: choose cable.model rigid "
                 "or elastic and give the winch, or export without winches"
             )
+        if self.control and self.control.measures_winches and not self.winches:
+            raise CdprError(
+                "the controller uses sensors of the winches (encoders or load cells), which are not exported: add "
+                "--with-winch"
+            )
         return [
             *times(self.physics_step),
             *self._platform(),
@@ -111,6 +118,7 @@ class Plant(Model):
             *(self.control.inputs() if self.control else []),
             *self._inputs(),
             *self._outputs(),
+            *(self.control.outputs() if self.control else []),
             *self._constants(),
             *load_variables(self.loads),
         ]
@@ -125,6 +133,8 @@ class Plant(Model):
         add_lines(pipeline, self.robot)
         if self.winches:
             add_chains(pipeline, self.robot)
+            if has_motors(self.robot):
+                pipeline.add("motors", motor_table(self.robot), "constant")
         return pipeline
 
     def _platform(self) -> list[Variable]:

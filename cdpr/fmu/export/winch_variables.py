@@ -9,6 +9,7 @@ from dataclasses import replace
 from cdpr.cables import LENGTH, RATE, TENSION, bends, chain_of, commands_of, has_steppers
 from cdpr.cables.chain import Chain, Number
 from cdpr.cables.drum import INERTIA, RADIUS
+from cdpr.cables.motor import is_electrical
 from cdpr.fmu.export.parts import given_numbers
 from cdpr.fmu.export.variables import Variable, output
 from cdpr.model import Robot
@@ -31,6 +32,12 @@ UNSTRETCHED = "unstretched length between drum and platform"
 UNSTRETCHED_RATE = "rate of change of unstretched_length"
 WORK = "work of the cables on the platform"
 TORQUE = "torque of each motor about the axis of its drum"
+# Outputs of DC motors, as the columns of a run: name, unit, text.
+ELECTRICAL = (
+    ("motor_current", "A", "current of each motor; NaN without a known torque constant"),
+    ("motor_voltage", "V", "voltage of each motor in steady state; NaN without a known resistance"),
+    ("electrical_power", "W", "electrical power of each motor, negative if it feeds back; NaN likewise"),
+)
 COUNTED = "unwound length that the drive of each stepper counts; 0 for other winches"
 LOST = "full steps that each stepper has lost, positive if its cable was paid out; 0 for other winches"
 BENDING = "of cables that sag, minus that of their tensions along the chords, world axes"
@@ -111,6 +118,10 @@ def plant_outputs(robot: Robot, decided: bool) -> list[Variable]:
         outputs.append(output("unstretched_rate", robot.m, "m/s", UNSTRETCHED_RATE, terminal="winches", direct=at_once))
     if _all_have(robot, INERTIA):
         outputs.append(output("motor_torque", robot.m, "N.m", TORQUE, terminal="winches", direct=asked))
+    if has_motors(robot):
+        outputs += [
+            output(name, robot.m, unit, text, terminal="winches", direct=asked) for name, unit, text in ELECTRICAL
+        ]
     if has_steppers(robot):
         outputs.append(output("counted_length", robot.m, "m", COUNTED, terminal="winches", direct=()))
         outputs.append(output("lost_steps", robot.m, "", LOST, terminal="winches", direct=()))
@@ -120,6 +131,11 @@ def plant_outputs(robot: Robot, decided: bool) -> list[Variable]:
             for name, unit in (("force", "N"), ("moment", "N.m"))
         ]
     return outputs
+
+
+def has_motors(robot: Robot) -> bool:
+    """Return True if some motor is known, and torques and speeds of all winches are outputs."""
+    return is_electrical(robot) and _all_have(robot, INERTIA) and _all_have(robot, RADIUS)
 
 
 def _all_have(robot: Robot, number: Number) -> bool:

@@ -54,6 +54,7 @@ __all__ = [
     "first_sample",
     "guarding",
     "limits_change",
+    "logged_mass_changes",
     "mass_changes",
     "redirected",
     "redirecting",
@@ -90,6 +91,11 @@ def limits_change(kinds: Collection[str]) -> bool:
 def mass_changes(events: Sequence[ScenarioEvent]) -> bool:
     """Return True if an event changes the mass of the platform."""
     return any(event.changes_mass for event in events)
+
+
+def logged_mass_changes(events: Sequence[ScenarioEvent]) -> bool:
+    """Return True if an event changes the mass of the platform, and the run logs its energy."""
+    return any(event.logs_energy for event in events)
 
 
 def end_of_commands(events: Sequence[ScenarioEvent], step: float) -> float:

@@ -125,6 +125,7 @@ class ScenarioEvent(Kind):
         changes_limits: True if it changes tension limits.
         ends_commands: True if external commands do not replace the answers of controller or solver from it on.
         changes_mass: True if it changes mass, centre of mass or inertia of the platform.
+        logs_energy: True if the run logs the energy that it adds with a mass.
         wants_tensions: True if `event_log` needs the tensions of its first sample.
         files: keys that are file names.
     """
@@ -141,6 +142,11 @@ class ScenarioEvent(Kind):
         description="time of the event: it acts from the first sample at or after this time",
         json_schema_extra=unit("s"),
     )
+
+    @property
+    def logs_energy(self) -> bool:
+        """Return True: a run with a change of mass logs its energy."""
+        return self.changes_mass
 
     @property
     def cuts_power(self) -> bool:

@@ -64,6 +64,17 @@ class Payload(ScenarioEvent):
         False, description="true: controller and nominal robot take its mass, centre and inertia into account"
     )
 
+    log_energy: bool = Field(
+        True,
+        description="false: the run has no column `load_energy`, and its energy balance is not judged, unless another "
+        "payload logs it; so in a saved session whose payloads came live",
+    )
+
+    @property
+    def logs_energy(self) -> bool:
+        """Return whether the run logs its energy."""
+        return self.log_energy
+
     def check_steps(self, step: float) -> Iterator[tuple[str, str]]:
         """Yield a problem if it is shorter than a control step."""
         if self.duration is not None and self.duration < step * (1.0 - 1e-9):

@@ -62,7 +62,7 @@ class SensorBump(SensorEvent):
                 yield key, f"{text}Use `bias` instead"
         if self.bias is None:
             return
-        biased = {each.key: each for each in sensor.with_errors}
+        biased = {each.key: each for each in sensor.with_errors if each.key in type(sensor).model_fields}  # not flags
         key = self.quantity or next(iter(biased))
         if key not in biased:
             yield "quantity", f"unknown quantity '{key}': {did_you_mean(key, biased)}allowed: {', '.join(biased)}"

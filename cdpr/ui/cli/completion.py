@@ -11,7 +11,7 @@ Complete = Callable[[click.Context, click.Parameter, str], list[str]]
 
 
 def plugins(role: Any) -> Complete:
-    """Return a completion of backends, controllers or solvers; in a list, of the name after the last comma."""
+    """Return a completion of plugins of a role; in a list, of the name after the last comma."""
 
     def complete(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
         from cdpr.plugins.registry import registry

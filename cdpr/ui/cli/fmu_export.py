@@ -73,13 +73,14 @@ def command(
     import numpy as np
 
     from cdpr.base.errors import CdprError
-    from cdpr.base.needs import of_brake
+    from cdpr.base.needs import of_brake, of_sensor
     from cdpr.cables import ACTUATED, chain_of, immediate, rubs, takes_lengths, with_model
     from cdpr.cables.brake import brake_of
     from cdpr.fmu.export import NATIVE, Actuator, Controller, Load, Model, Plant, write_fmu
     from cdpr.log.files import NAME_OR_FORCE
     from cdpr.mechanics.kinematics import make_state
     from cdpr.mechanics.properties import home_pose
+    from cdpr.simulation.exported_start import exported_start
     from cdpr.simulation.needs import omitted, require, require_parts
 
     if with_winch and only_winch:
@@ -99,7 +100,7 @@ def command(
         require(loaded, use)
         for line in omitted(loaded, use):
             click.echo(f"{file}: left out: {line}", err=True)
-        robot, gravity, state = loaded.robot, loaded.gravity, loaded.initial.state()
+        robot, gravity, (state, unwound, _) = loaded.robot, loaded.gravity, exported_start(loaded)
         step = step or loaded.simulation.physics_step
         if only_winch and loaded.actuators is not None:
             robot = with_model(robot, ACTUATED)  # as the scenario itself exports them
@@ -108,7 +109,7 @@ def command(
         if any(brake_of(cable) is not None for cable in loaded.cables):
             click.echo(f"{file}: left out: robot.winch.brake_torque: {of_brake().plant_fmu.why}", err=True)
         pose, _ = home_pose(loaded)
-        robot, gravity, state = loaded, np.array(World().gravity), make_state(pose[:3], pose[3:])
+        robot, gravity, state, unwound = loaded, np.array(World().gravity), make_state(pose[:3], pose[3:]), None
     step = step or DEFAULT_STEP
     with_winch = with_winch or (takes_lengths(robot) and not (controller or only_winch))
     if not (controller or with_winch or only_winch or immediate(robot)):
@@ -123,6 +124,9 @@ def command(
         from cdpr.simulation.exported import control_of
 
         control = control_of(loaded, use)
+        if control.unused:
+            names = ", ".join(control.unused)
+            click.echo(f"{file}: left out: sensors: {of_sensor().controller_fmu.why} ({names})", err=True)
     if not controller and (with_winch or only_winch):
         from cdpr.simulation.step_checks import Circumstances, check_step, empty_drum
 
@@ -141,11 +145,6 @@ def command(
             from cdpr.simulation.exported import loads_of
 
             loads = loads_of(loaded)
-        unwound = None
-        if isinstance(loaded, Scenario) and takes_lengths(robot) and not control:
-            from cdpr.simulation.exported_winding import holding_tensions, start_lengths
-
-            unwound = start_lengths(loaded, holding_tensions(loaded))
         model = Plant(robot, gravity, step, state, with_winch, control, loads, unwound)
     sha256 = write_fmu(model, int(fmi), out, source_only, force, platforms or (NATIVE,), NAME_OR_FORCE)
     if as_json:

@@ -29,6 +29,7 @@ EXPOSED = (
 @plugin_option("--backend", "backend", metavar="NAME", help="Physics backend, instead of the scenario's.")
 @plugin_option("--solver", "solver", metavar="NAME", help="Tension solver, instead of the scenario's.")
 @plugin_option("--controller", "controller", metavar="NAME", help="Controller, instead of the scenario's.")
+@plugin_option("--estimator", "estimator", metavar="NAME", help="Estimator of the state, instead of the scenario's.")
 @change_keys("Change a key of the scenario; repeatable.")
 @plugin_files
 @click.option("--host", default="127.0.0.1", show_default=True, help="Address to listen on.")
@@ -39,6 +40,7 @@ def command(
     backend: str | None,
     solver: str | None,
     controller: str | None,
+    estimator: str | None,
     changes: tuple[str, ...],
     host: str,
     port: int | None,
@@ -64,7 +66,7 @@ def command(
         from cdpr.scenario.choices import typed
         from cdpr.ui.gui.editor import Editor
 
-        chosen = {"backend": backend, "solver": solver, "controller": controller}
+        chosen = {"backend": backend, "solver": solver, "controller": controller, "estimator": estimator}
         editor = Editor(file, typed(chosen, changes))
         with Window(editor, partial(click.echo, err=True), host, port) as window:
             click.echo(window.address)

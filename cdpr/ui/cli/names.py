@@ -98,5 +98,5 @@ def plugin_files(command: Any) -> Any:
             context.call_on_close(partial(registry.use_files, registry.plugin_files()))
             registry.use_files(files)
 
-    text = "Python file with your own backends, controllers or solvers; repeatable."
+    text = "Python file with your own backends, controllers, solvers or estimators; repeatable."
     return click.option("--plugin", metavar="FILE", multiple=True, expose_value=False, callback=use, help=text)(command)

@@ -17,7 +17,7 @@ NAME = 21  # width of the column of names
 @plugin_files
 @click.option("--json", "as_json", is_flag=True, help="Print JSON.")
 def command(as_json: bool) -> None:
-    """List backends, controllers and solvers, and their problems."""
+    """List backends, controllers, solvers and estimators, and their problems."""
     from cdpr.plugins.registry import ROLES, registry
 
     found = registry()

@@ -39,6 +39,7 @@ FIRST = "caroca"  # default example
 @plugin_option("--backend", "backend", metavar="NAME", help="Physics backend, instead of the scenario's.")
 @plugin_option("--solver", "solver", metavar="NAME", help="Tension solver, instead of the scenario's.")
 @plugin_option("--controller", "controller", metavar="NAME", help="Controller, instead of the scenario's.")
+@plugin_option("--estimator", "estimator", metavar="NAME", help="Estimator of the state, instead of the scenario's.")
 @change_keys("Change a key of the scenario; repeatable.")
 @plugin_files
 @click.option("--trust-fmu", is_flag=True, help="Allow the native code of any FMU in the scenario.")
@@ -65,6 +66,7 @@ def command(
     backend: str | None,
     solver: str | None,
     controller: str | None,
+    estimator: str | None,
     changes: tuple[str, ...],
     trust_fmu: bool,
     out: str | None,
@@ -98,7 +100,7 @@ def command(
         if scenario is None:
             scenario = FIRST
             click.echo(f"no scenario is given: this runs the example {FIRST} (cdpr examples lists all)", err=True)
-        chosen = {"backend": backend, "solver": solver, "controller": controller}
+        chosen = {"backend": backend, "solver": solver, "controller": controller, "estimator": estimator}
         loaded = load_scenario(scenario, overrides=typed(chosen, changes))
         print_lines([*loaded.notes, *judged(loaded.warnings, strict=strict)])
         # imported only after the scenario is valid, because it is slow
@@ -259,8 +261,9 @@ def _write_report(run: Run, least: Mapping[str, Mapping[str, Any]], touch: str |
 def _print(run: Run, least: Mapping[str, Mapping[str, Any]], touch: str | None) -> None:
     """Print the summary, with the folder last."""
     header = run.header
+    plugins = [header.backend, header.controller, header.solver, *([header.estimator] if header.estimator else [])]
     click.echo(
-        f"{header.scenario}: {len(header.cables)} cables, {header.backend}, {header.controller}, {header.solver}; "
+        f"{header.scenario}: {len(header.cables)} cables, {', '.join(plugins)}; "
         f"control {_ms(header.control_step)}, physics {_ms(header.physics_step)}"
     )
     for line in _lines(run, least):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,6 +16,8 @@ from cdpr.ui.cli.numbers import Real, Whole
 
 if TYPE_CHECKING:
     from cdpr.analysis.study import Results, Study
+    from cdpr.analysis.study.spread import Spread
+    from cdpr.ui.report.text.study import Figure
 
 TIMEOUT = 3600.0  # s; a hang occupies one worker for this time, and few runs take longer
 ROWS = 40  # printed rows of the table
@@ -100,7 +103,8 @@ def command(
             write_study(results, folder / "study.html")
     if as_json:
         content = {"name": loaded.name, "folder": str(folder), "counts": results.counts}
-        click.echo(json.dumps(content | {"cases": results.table.records()}, indent=1, allow_nan=False))
+        spread = {} if results.spread is None else {"spread": results.spread.records()}
+        click.echo(json.dumps(content | {"cases": results.table.records()} | spread, indent=1, allow_nan=False))
     else:
         _print(results)
     if results.exit_code:
@@ -117,25 +121,53 @@ def _list(study: Study, as_json: bool) -> None:
     click.echo(f"{len(study.cases)} case{'s' * (len(study.cases) != 1)}, all valid")
 
 
-def _print(results: Results) -> None:
-    """Print the table, shortened, and the folder."""
+def _print_spreads(found: Sequence[Spread], figures: Sequence[Figure]) -> None:
+    """Print mean and standard deviation over the seeds."""
     from cdpr.ui.report.text.aligned import table
-    from cdpr.ui.report.text.study import HEADINGS, cells
+    from cdpr.ui.report.text.study_spread import headings, kinds, labels, row, shown
+
+    if not found:
+        return
+    axes, drawn, also = list(found[0].labels), shown(found, figures), kinds(found)
+    rows = []
+    for each in found:
+        cells = row(each, drawn, also)
+        consistent = [f"{cell.text} ({cell.band})" for cell in cells[len(cells) - len(also) :]]
+        rows.append([*labels(each, axes), *(cell.text for cell in cells[: len(cells) - len(also)]), *consistent])
+    titles = [*axes, "runs", *(figure.heading for figure in drawn), *headings(also)]
+    for line in table([titles, *rows], left=len(axes)):
+        click.echo(line)
+    band = ", and the 95 % band of a consistent estimator for this number of runs" if also else ""
+    click.echo(f"  mean ± standard deviation over the seeds{band}")
+
+
+def _print(results: Results) -> None:
+    """Print the table, or that over the seeds, shortened, and the folder."""
+    from cdpr.ui.report.text.aligned import table
+    from cdpr.ui.report.text.study import cells, figures_of
 
     rows = results.table.records()
-    left = ROWS
+    spreads = results.spreads
+    left, more = ROWS, 0
     for grid in results.study.blocks:
         inside = [row for row in rows if row.get("block") == grid.name]
-        axes = [leaf.label for axis in grid.axes for leaf in axis.leaves()]
-        shown = [[*labels, *figures] for labels, figures in (cells(axes, row) for row in inside[:left])]
         if grid.name is not None:
             click.echo(f"{grid.name}: {len(inside)} cases")
+        over_seeds = [each for each in spreads if each.block == grid.name]
+        if over_seeds:
+            _print_spreads(over_seeds[:left], figures_of(inside))
+            left, more = max(0, left - len(over_seeds)), more + max(0, len(over_seeds) - left)
+            continue
+        axes = [leaf.label for axis in grid.axes for leaf in axis.leaves()]
+        figures = figures_of(inside)
+        shown = [[*labels, *found] for labels, found in (cells(axes, row, figures) for row in inside[:left])]
         if shown:
-            for line in table([[*axes, "status", *HEADINGS], *shown], left=len(axes) + 1):
+            headings = [figure.heading for figure in figures]
+            for line in table([[*axes, "status", *headings], *shown], left=len(axes) + 1):
                 click.echo(line)
-        left -= len(shown)
-    if len(rows) > ROWS:
-        click.echo(f"  and {len(rows) - ROWS} more")
+        left, more = left - len(shown), more + len(inside) - len(shown)
+    if more:
+        click.echo(f"  and {more} more")
     click.echo(f"{len(rows)} cases: {results.summary_text}")
     for case in results.study.cases:
         row = results.rows[case.id]

@@ -75,6 +75,7 @@ def _facts(file: str, changes: tuple[str, ...], *, strict: bool) -> tuple[dict[s
     if isinstance(loaded, Scenario):
         judged(warnings, strict=strict)
         _require_buildable(loaded)
+        from cdpr.simulation.far_start import PATH, start_problems
         from cdpr.simulation.linearised_scenario import unknown_part
         from cdpr.simulation.loop_problems import NOT_COMPUTED, loop_problems
 
@@ -83,6 +84,10 @@ def _facts(file: str, changes: tuple[str, ...], *, strict: bool) -> tuple[dict[s
         reported = any(reason.endswith(text) for _, text in found)
         if reason != loop["closed_loop"] and not reported and not unknown_part(loaded):
             notes.append(f"{click.format_filename(file)}: note: poles of the closed loop {loop['closed_loop']}")
+        try:
+            found += start_problems(loaded)
+        except CdprError as error:  # of the search for the pose of rest
+            raise ScenarioError([f"{loaded.place(*PATH)}: {error}"]) from None
         warnings += [Problem(loaded.mark(*path), path, text) for path, text in found]
     warned = judged(warnings, strict=strict)
     rows = [warning.as_dict() for warning in warnings]

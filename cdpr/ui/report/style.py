@@ -78,6 +78,16 @@ def shorten(name: str, length: int = 26) -> str:
     return f"{name[: length - 1 - half]}…{name[-half:]}"
 
 
+def with_unit(text: str, unit: str) -> str:
+    """Return the label of an axis."""
+    return f"{text} ({typeset(unit)})" if unit else text
+
+
+def typeset(unit: str) -> str:
+    """Return a unit of a column, such as m/s^2, with superscripts."""
+    return unit.replace("^2", "²")
+
+
 def events(run: Run) -> list[Event]:
     """Return the events sorted by time; the first has number 1."""
     return sorted(run.events, key=lambda event: event.time)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from batch_cases import BREAK, BRIEF, CAROCA, GAINS, WINCH, N, alone, assert_same, make
+from conftest import ROOT
 
 import cdpr
 from cdpr.analysis.rollouts import block
@@ -278,3 +279,82 @@ def test_wrenches_from_outside(controller, calls):
         batch.step(wrench=wrenches[:2])
     with pytest.raises(cdpr.CdprError, match="finite"):
         batch.step(wrench=np.full((4, 6), np.nan))
+
+
+HANGPRINTER = ROOT / "scenarios" / "hangprinter.yaml"
+COMMANDS = {
+    "tensions": ("tension", CAROCA, {}, np.linspace(300.0, 420.0, 8)),
+    "tensions of a controller of tensions": ("tension", CAROCA, {"controller.type": "cable_length"}, np.full(8, 350.0)),
+    "tensions as commands": ("command", CAROCA, {}, np.linspace(300.0, 420.0, 8)),
+    "tensions of winches": ("tension", WINCH, {}, np.linspace(300.0, 420.0, 8)),
+    "lengths": ("length", HANGPRINTER, {}, None),
+    "lengths as commands": ("command", HANGPRINTER, {}, None),
+    "rates": ("rate", HANGPRINTER, {"robot.winch.type": "velocity"}, np.array([0.01, -0.02, 0.0, 0.03])),
+    "wrenches on lengths": ("wrench", HANGPRINTER, {}, np.array([0.0, 0.0, 12.0, 0.0, 0.0, 0.0])),
+}
+
+
+@pytest.mark.parametrize(("kind", "scenario", "changes", "values"), COMMANDS.values(), ids=COMMANDS)
+def test_commands_from_outside_have_the_bits_of_single_simulations(kind, scenario, changes, values):
+    """Given from the first sample on, several calls in a row, with other steps in between, and for some lanes."""
+    overrides = {**BRIEF, **changes}
+    batch = make(scenario, 4, vary=None, overrides=overrides)
+    if values is None:  # lengths near those of the start
+        first = alone(1, scenario, **changes)
+        values = first.row[first.so_far().header.layout.columns["unstretched_length"]]
+    given = values * np.linspace(0.995, 1.005, 4)[:, None]
+    three = np.array([True, True, True, False])
+    batch.step(1, **{kind: given})
+    batch.step(1, **{kind: given[::-1]})
+    batch.step(4, **{kind: given})
+    batch.step(3)
+    batch.step(2, **{kind: given}, mask=three)
+    batch.step(2, **{kind: given[::-1]}, mask=three)
+    batch.step(1, **{kind: given})
+    batch.step(2)
+    assert batch.errors == ("",) * 4
+    for lane in range(4):
+        simulation, own, other = alone(0, scenario, **changes), {kind: given[lane]}, {kind: given[3 - lane]}
+        simulation.step(1, **own)
+        simulation.step(1, **other)
+        simulation.step(4, **own)
+        simulation.step(3)
+        if lane < 3:
+            simulation.step(2, **own)
+            simulation.step(2, **other)
+        simulation.step(1, **own)
+        simulation.step(2)
+        assert_same(batch, lane, simulation)
+
+
+def test_commands_of_caroca_stay_in_lanes(calls):
+    batch = make(n=4, vary=None)
+    given = np.full((4, 8), 350.0)
+    for _ in range(3):
+        batch.step(5, tension=given)
+    assert calls == [4, 4, 4]
+
+
+WRONG_COMMANDS = {
+    "two": ({"wrench": np.zeros((2, 6)), "tension": np.ones((2, 4))}, "step: expected wrench or tension, not both"),
+    "shape": ({"length": np.ones(4)}, r"length: the shape must be \(2, 4\)"),
+    "not finite": ({"length": np.full((2, 4), np.nan)}, "length: .*finite"),
+    "not taken": ({"rate": np.ones((2, 4))}, "step: lane 0: rate: the winches of this robot take"),
+    "range": ({"length": [[1.0] * 4, [1.0, 1.0, -1.0, 1.0]]}, "step: lane 1: length: cable 'C': expected more than 0"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG_COMMANDS)
+def test_wrong_commands_change_nothing(name):
+    given, text = WRONG_COMMANDS[name]
+    batch = make(HANGPRINTER, 2, vary=None)
+    with pytest.raises(cdpr.CdprError, match=text):
+        batch.step(**given)
+    batch.step(3)
+    assert_same(batch, 0, alone(3, HANGPRINTER))
+
+
+def test_a_wrong_length_of_a_lane_that_is_not_stepped_is_ignored():
+    batch = make(HANGPRINTER, 2, vary=None)
+    batch.step(mask=[True, False], length=[[2.0] * 4, [-1.0] * 4])
+    assert batch.samples.tolist() == [1, 0]

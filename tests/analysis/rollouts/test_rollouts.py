@@ -363,3 +363,37 @@ def test_rows_that_cannot_be_read_are_an_error_of_the_folder(tmp_path, monkeypat
     monkeypatch.setattr(os, "pread", fails)
     with pytest.raises(OutputError, match=r"rows\.npy: cannot be read: Input/output error"):
         rollout(out=out)
+
+
+HANGING = {"model": "elastic", "axial_stiffness": 1e4, "damping": 50.0}
+ONE_CABLE = {
+    "ideal": {},
+    "winch": {"cable": HANGING, "winch": {"drum_radius": 0.05, "inertia": 1e-3}},
+    "position": {"cable": HANGING, "winch": {"type": "position"}},
+}
+
+
+@pytest.mark.parametrize("kind", ONE_CABLE)
+def test_one_cable_and_one_degree_of_freedom_keep_their_axes(kind):
+    """Columns of cables are (cases, samples, m), also for m = 1, in fresh cases and in those that reuse a loop."""
+    robot = {
+        "name": "one",
+        "platform": {"mass": 2.0},
+        "dof": ["z"],
+        "tension": {"min": 1.0, "max": 500.0},
+        "home": {"position": [0.0, 0.0, 1.0]},
+        "cables": [{"frame": [0.0, 0.0, 3.0], "platform": [0.0, 0.0, 0.0]}],
+        **ONE_CABLE[kind],
+    }
+    controller = {"type": "inverse_kinematics"} if kind == "position" else {"type": "computed_torque"}
+    data = {"robot": robot, "trajectory": {"type": "hold"}, "controller": controller}
+    data["simulation"] = {"backend": "reference", "duration": 0.02, "control_step": 0.001}
+    names = ("position", "tension", "residual")
+    masses = {"robot.platform.mass": np.linspace(1.5, 3.5, 18)}  # more than a chunk and its lanes
+    found = cdpr.rollout(data, 18, vary=masses, every=1, columns=names)
+    assert found.status.tolist() == ["finished"] * 18
+    assert (found.tension.shape, found["residual"].shape) == ((18, 21, 1), (18, 21))
+    for i in range(18):
+        run = alone(found, i, data, {})
+        for name in names:
+            assert np.array_equal(found[name][i], run[name], equal_nan=True), (i, name)

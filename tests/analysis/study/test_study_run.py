@@ -79,7 +79,17 @@ def test_results(results, tmp_path):
         name
         for name in FIGURES
         if not name.startswith(
-            ("cable_tension", "beyond", "clearance", "through", "energy_load", "lost_steps", "motor_", "electrical_")
+            (
+                "cable_tension",
+                "beyond",
+                "clearance",
+                "through",
+                "energy_load",
+                "lost_steps",
+                "motor_",
+                "electrical_",
+                "estimate_",
+            )
         )
     ]
     first = ["case", "controller.kd", "kind", "status", "message"]

@@ -7,10 +7,10 @@ import pytest
 from cdpr_mid_range.solver import MidRange
 
 from cdpr.tension import Status
-from cdpr.testing import samples, solver_checks
+from cdpr.testing import plugin_checks, samples
 
 
-@pytest.mark.parametrize("check", solver_checks("cffi_mid_range"), ids=str)
+@pytest.mark.parametrize("check", plugin_checks("solver", "cffi_mid_range"), ids=str)
 def test_mid_range(check):
     check()
 

@@ -5,10 +5,10 @@ import pytest
 from cdpr_spring import Options
 from cdpr_spring.controller import Spring
 
-from cdpr.testing import controller_checks, samples
+from cdpr.testing import plugin_checks, samples
 
 
-@pytest.mark.parametrize("check", controller_checks("spring"), ids=str)
+@pytest.mark.parametrize("check", plugin_checks("controller", "spring"), ids=str)
 def test_spring(check):
     check()
 

@@ -6,10 +6,10 @@ from cdpr_least_norm.solver import LeastNorm
 
 from cdpr.native.cholesky import solve_positive_definite
 from cdpr.tension import Status
-from cdpr.testing import samples, solver_checks
+from cdpr.testing import plugin_checks, samples
 
 
-@pytest.mark.parametrize("check", solver_checks("least_norm"), ids=str)
+@pytest.mark.parametrize("check", plugin_checks("solver", "least_norm"), ids=str)
 def test_least_norm(check):
     check()
 

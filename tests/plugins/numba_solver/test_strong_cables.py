@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from cdpr_strong_cables.solver import StrongCables, distribute
 
-from cdpr.testing import samples, solver_checks
+from cdpr.testing import plugin_checks, samples
 
 
-@pytest.mark.parametrize("check", solver_checks("strong_cables"), ids=str)
+@pytest.mark.parametrize("check", plugin_checks("solver", "strong_cables"), ids=str)
 def test_strong_cables(check):
     check()
 

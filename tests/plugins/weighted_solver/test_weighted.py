@@ -2,9 +2,9 @@
 
 import pytest
 
-from cdpr.testing import solver_checks
+from cdpr.testing import plugin_checks
 
 
-@pytest.mark.parametrize("check", solver_checks("weighted"), ids=str)
+@pytest.mark.parametrize("check", plugin_checks("solver", "weighted"), ids=str)
 def test_weighted(check):
     check()

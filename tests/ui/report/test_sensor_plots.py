@@ -13,7 +13,6 @@ import cdpr
 from cdpr.base.columns import GROUPS
 from cdpr.log.ros2 import decode
 from cdpr.log.run import Run
-from cdpr.scene.sensors import frustum
 from cdpr.ui.live.type_hash import type_hash
 from cdpr.ui.report.plots import sensors as plots
 from cdpr.ui.report.plots.truths import errors
@@ -50,9 +49,9 @@ def run() -> Run:
 
 @pytest.mark.parametrize("sensor", [each["type"] for each in ALL])
 def test_exact_sensors_have_no_error(run: Run, sensor: str) -> None:
-    section = next(each for each in run.header.sensors if each["name"] == sensor)
-    names = [name.removeprefix(f"{sensor}_") for name in plots._columns(run, section)]
-    found = {key: errors(run, section, key) for key in names if key not in ("age", "seen", "rate")}
+    measuring = next(each for each in run.header.measuring if each.title == sensor)
+    names = [each.key for each in measuring.quantities]
+    found = {key: errors(run, measuring, key) for key in names if key not in ("seen", "rate")}
     assert found
     for key, error in found.items():
         assert error is not None, key
@@ -64,6 +63,16 @@ def test_panels(run: Run) -> None:
     assert {"pose_position", "pose_position_error", "scan_distance_error"} <= set(panels)
     assert not any(name.endswith("_age") for name in panels)
     assert panels["receiver_position"].curves[0].points.values == pytest.approx(run["receiver_position"])
+
+
+def test_axes_and_units_of_an_imu(run: Run) -> None:
+    panels = {panel.name: panel for panel in plots.sensors(run)}
+    assert [panels[name].label for name in ("imu_force", "imu_turn_rate")] == [
+        "imu_force (m/s²)",
+        "imu_turn_rate (rad/s)",
+    ]
+    assert [name for name, _ in panels["imu_force"].legend] == ["x", "y", "z", "measured", "true"]
+    assert run.header.layout.fields["imu_force"].labels(()) == ["imu_force_x", "imu_force_y", "imu_force_z"]
 
 
 def test_ages_are_shown_if_measurements_are_lost() -> None:
@@ -103,9 +112,9 @@ def test_estimate_has_the_band_of_its_sigma(run: Run) -> None:
 
 
 def test_corners_of_a_frustum_are_those_of_the_image() -> None:
-    camera = {**CAMERA, "focal": [700.0, 800.0], "size": [640, 480], "center": [300.0, 250.0]}
-    ends = frustum(camera, 0.5)
-    x, y, z = ((ends[1::4] - camera["position"]) * [1.0, -1.0, -1.0]).T  # half a turn about x
+    camera = cdpr.sensing.Camera(**CAMERA, focal=[700.0, 800.0], size=[640, 480], center=[300.0, 250.0])
+    ends = camera.frustum(0.5)
+    x, y, z = ((ends[1::4] - camera.position) * [1.0, -1.0, -1.0]).T  # half a turn about x
     assert np.allclose(z, 0.5)
     assert np.allclose(700.0 * x / z + 300.0, [0.0, 640.0, 640.0, 0.0])
     assert np.allclose(800.0 * y / z + 250.0, [0.0, 0.0, 480.0, 480.0])

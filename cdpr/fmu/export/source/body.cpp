@@ -162,9 +162,22 @@ size_t impossible_load(const Model& model, size_t count) {
     return k;
 }
 
+static bool is_output(const Model& model, const Link& link) {
+    return model.variable[model.owner[link.from]].role == OUTPUT;
+}
+
+void read_arrays(Model& model) {
+    for (size_t k = 0; k < model.links; k++) {
+        const Link& link = model.link[k];
+        const double* from = model.array[link.array].data + link.to;
+        if (is_output(model, link)) memcpy(model.number + link.from, from, link.size * sizeof *from);
+    }
+}
+
 void fill_arrays(Model& model) {
     for (size_t k = 0; k < model.links; k++) {
         const Link& link = model.link[k];
+        if (is_output(model, link)) continue;
         const double *from = model.number + link.from, factor = link.per_step ? *model.field[CONTROL_STEP] : 1.0;
         double* to = model.array[link.array].data + link.to;
         for (size_t i = 0; i < link.size; i++) to[i] = from[i] * factor;

@@ -5,7 +5,7 @@
 #include <string.h>
 #include <cdpr/cables/chain.hpp>
 
-#include "model.h"
+#include "outputs.h"
 
 namespace fmu {
 
@@ -23,6 +23,8 @@ static void read(const Model& model, Name first, Name last, double* to) {
 }
 
 static bool refuse(const cdpr::Call& call, char* message) {
+    if (call.vital == cdpr::ESTIMATE)
+        return fails(message, "the estimator failed: check its options, its start and the noise of the sensors");
     if (call.vital == cdpr::FINITE)
         return fails(message, "the controller puts out numbers that are not finite: an input is not, or it diverges");
     return fails(message,
@@ -39,29 +41,33 @@ static void read_winches(const Model& model) {
         if (model.takes[i] != cdpr::TENSION_COMMAND) model.unwound[i] = states.unwound(int64_t(i));
 }
 
-// Start the winches at their first commands, and compute the commands that follow: the last operation.
-static void start_at_commands(Model& model, double time) {
+// Start the winches at their first commands, and compute the commands that follow: the last operation, at time 0.
+static void start_at_commands(Model& model) {
     start_winches(model);
     read_winches(model);
     size_t last = model.operations;
     while (last > 0 && !model.operation[last - 1].in_order) last--;
-    if (last > 0) cdpr::make_calls(model.operation + last - 1, 1, time);
+    if (last > 0) cdpr::make_calls(model.operation + last - 1, 1, 0.0);
     issue_steps(model, model.wound, model.drive, *model.field[CONTROL_STEP]);
 }
 
-// Run the operations of one control step.
-static bool decide(Model& model, double time, char* message) {
+// Run the operations of one control step; their time is that since the first one, with the bits of a run.
+static bool decide(Model& model, char* message) {
+    const double time = *model.decisions * *model.field[CONTROL_STEP];
     read(model, POSITION, ANGULAR_VELOCITY, model.seen);
     read(model, DESIRED_POSITION, DESIRED_ANGULAR_ACCELERATION, model.desired);
     if (model.drive) read_winches(model);
+    read_encoders(model);
     const cdpr::Call* failed = cdpr::make_calls(model.operation, model.operations, time);
     if (failed) return refuse(*failed, message);
     if (model.drive) issue_steps(model, model.wound, model.drive, *model.field[CONTROL_STEP]);
     const double* commands = model.drive ? model.wound : model.decided;
     const size_t bytes = model.cables * sizeof *commands;
     memcpy(model.asked(), commands, bytes);
-    if (model.drive && model.fresh()) start_at_commands(model, time);
+    read_load_cells(model);
+    if (model.drive && model.fresh()) start_at_commands(model);
     memcpy(model.asked(), commands, bytes);
+    read_arrays(model);
     return true;
 }
 
@@ -72,7 +78,7 @@ bool control(Model& model, double time, double duration, char* message) {
     while (time < end - early || (time < end && duration <= early)) {
         if (!take_loads(model, time, message)) return false;
         if (time >= began + decisions * step - early) {
-            if (!decide(model, time, message)) return false;
+            if (!decide(model, message)) return false;
             decisions += 1.0;
         }
         const double next = began + decisions * step, until = next < end - early ? next : end;

@@ -45,6 +45,9 @@ enum Name {
     UNSTRETCHED_LENGTH,
     UNSTRETCHED_RATE,
     MOTOR_TORQUE,
+    MOTOR_CURRENT,
+    MOTOR_VOLTAGE,
+    ELECTRICAL_POWER,
     CABLE_WORK,
     BENDING_FORCE,
     BENDING_MOMENT,
@@ -93,7 +96,7 @@ struct Array {
     size_t size;
 };
 
-// Numbers of variables that are also in an array.
+// Numbers of variables that are also in an array: outputs are copied from it, others into it.
 struct Link {
     size_t from, size;  // reference of the first number, and their count
     size_t array, to;   // array and index of the first number
@@ -108,7 +111,7 @@ struct Platform {
     double *command, *external;                           // as applied: (m), (6)
     double *body, *momentum, *motion, *state;             // (13), (3), (8), (13)
     double *winch, *tension, *highest, *length, *cable_work, *beside, *place;
-    double *rates, *period;     // (m), m/s, of ideal drives that take lengths, and (1), s, their communication step
+    double *rates, *period;  // (m), m/s, of ideal drives that take lengths, and (1), s, their communication step
     double *counted, *issued, *lost, *powered;  // (m) each, of steppers: as in simulation/steppers.hpp
     double *total, *loaded_at;  // (13), mass, centre and inertia with attached bodies, and the time at which these are
 };
@@ -116,7 +119,7 @@ struct Platform {
 // Scratch space of a platform.
 struct Scratch {
     double *rate, *matrix, *at_winch, *runs, *light, *mass, *pulls, *points, *applied, *chains;
-    double *unwound, *unwinding, *torque;  // (m) each, readings of winches
+    double *unwound, *unwinding, *torque;                                             // (m) each, readings of winches
     double *body, *winch, *tension, *highest, *length, *cable_work, *beside, *place;  // for stages and trial steps
 };
 
@@ -135,10 +138,12 @@ struct Model {
     double* work;            // (work_count), scratch space
     double* field[NAMES];    // into `number`; nullptr for variables that the model does not have
     double *chains, *lines;  // arrays by name: chain.hpp and geometry.hpp
+    double* motors;          // likewise: motor.hpp
     double *seen, *desired, *decided,
         *report;  // of a controller: state (13), desired motion (19), tensions (m), report (4)
     double *unwound, *wound,
-        *drive;                  // of a controller of lengths or rates: as in tension/winding.hpp, (m) each
+        *drive;                // of a controller of lengths or rates: as in tension/winding.hpp, (m) each
+    double *paid_out, *pulls;  // (2, m) each, of sensors: unwound lengths and their rates; tensions at platform, winch
     double *inertial, *nominal;  // of a controller: mass properties (13), with and without attached bodies
     double *decisions, *began;   // number of decisions, and the time of the first, s
     double* winch;               // (states), of winches alone
@@ -174,8 +179,12 @@ const char* name_of(Name name);
 bool load(Model& model, FILE* file, char* message);
 void free_model(Model& model);
 
-// Format the message and return false.
+// Format the message and return false; `broken` about a part of the configuration.
 bool fails(char* message, const char* format, ...);
+bool broken(char* message, const char* what, const char* name);
+
+// Find the arrays that this code uses by name, and check that all variables of the model exist: complete.cpp.
+bool complete(Model& model, char* message);
 
 // Check the parameters and put the platform into its initial state; return false with a message if they are invalid.
 bool start(Model& model, char* message);
@@ -187,8 +196,9 @@ bool retune(Model& model, char* message);
 bool sound(const Model& model);
 
 // Compute arrays from the parameters: body.cpp. `fill_arrays` copies linked numbers, `build_body` chooses the frame in
-// which the platform is integrated; it returns false for an invalid inertia.
+// which the platform is integrated; it returns false for an invalid inertia. `read_arrays` copies linked outputs.
 void fill_arrays(Model& model);
+void read_arrays(Model& model);
 bool build_body(Model& model);
 
 // Write mass, centre and inertia (13) of `own` (13) and the attached bodies, or the known ones: loads.cpp.

@@ -2,16 +2,16 @@
 #include "outputs.h"
 
 #include <string.h>
+#include <cdpr/cables/motor.hpp>
 #include <cdpr/mechanics/winches.hpp>
 
 namespace fmu {
 
 static void copy(double* to, const double* from, size_t count) { memcpy(to, from, count * sizeof *to); }
 
-// Write the outputs of cables on winches, with the tensions of the present commands. Before the first step these are
-// the tensions at the start of the winches. Return in `bending` (6) the wrench of cables that sag besides W t.
-static void publish_winches(Model& model, double* bending) {
-    const size_t m = model.cables;
+// Return cables on winches with the tensions of the applied commands, in scratch space: the state is unchanged. Before
+// the first step these are the tensions at the start of the winches.
+static cdpr::Plant<double> evaluate_winches(const Model& model) {
     const Platform& p = model.platform;
     const Scratch& s = model.scratch;
     copy(s.body, p.body, 13);
@@ -30,6 +30,15 @@ static void publish_winches(Model& model, double* bending) {
     plant_geometry(ahead);
     cdpr::PlatformDynamics<double> dynamics;
     write_tensions(ahead, dynamics);
+    return ahead;
+}
+
+// Write the outputs of cables on winches. Return in `bending` (6) the wrench of cables that sag besides W t.
+static void publish_winches(Model& model, double* bending) {
+    const size_t m = model.cables;
+    const Platform& p = model.platform;
+    const Scratch& s = model.scratch;
+    const cdpr::Plant<double> ahead = evaluate_winches(model);
     copy(model.field[CABLE_TENSION], s.tension, m);
     cdpr::BentReadings<double> bent = {ahead, s.mass, bending};
     read_bent_cables(bent);
@@ -46,6 +55,17 @@ static void publish_winches(Model& model, double* bending) {
             model.field[MOTOR_TORQUE][i] =
                 motor_torque(row.winch_kind(), ahead.motion(int64_t(i), ahead.tension_at_winch(int64_t(i)), present));
     }
+    if (model.motors) {
+        cdpr::MotorReading reading = {model.motors,
+                                      model.field[MOTOR_TORQUE],
+                                      model.field[DRUM_SPEED],
+                                      model.field[MOTOR_CURRENT],
+                                      model.field[MOTOR_VOLTAGE],
+                                      model.field[ELECTRICAL_POWER],
+                                      1,
+                                      int64_t(m)};
+        cdpr::read_motors(reading);
+    }
     for (size_t i = 0; i < m; i++) {
         const bool counts = is_stepper(model, i) && !model.fresh();
         if (model.field[COUNTED_LENGTH]) model.field[COUNTED_LENGTH][i] = counts ? p.counted[i] : 0.0;
@@ -54,6 +74,21 @@ static void publish_winches(Model& model, double* bending) {
     if (model.field[CABLE_WORK]) *model.field[CABLE_WORK] = p.cable_work[0];
     if (model.field[BENDING_FORCE]) copy(model.field[BENDING_FORCE], bending, 3);
     if (model.field[BENDING_MOMENT]) copy(model.field[BENDING_MOMENT], bending + 3, 3);
+}
+
+void read_encoders(Model& model) {
+    if (!model.paid_out) return;
+    cdpr::WinchReading reading = {plant_of(model), model.paid_out, model.paid_out + model.cables, model.scratch.torque};
+    cdpr::read_winches(reading);
+}
+
+void read_load_cells(Model& model) {
+    if (!model.pulls) return;
+    const size_t m = model.cables;
+    apply_inputs(model, true);
+    const cdpr::Plant<double> plant = evaluate_winches(model);
+    copy(model.pulls, plant.tension, m);
+    for (size_t i = 0; i < m; i++) model.pulls[m + i] = plant.tension_at_winch(int64_t(i));
 }
 
 void publish_platform(Model& model) {

@@ -15,6 +15,10 @@ cdpr::Plant<double> plant_of(const Model& model);
 
 void publish_platform(Model& model);
 
+// Write what the sensors of a controller measure of the winches, if it has such sensors.
+void read_encoders(Model& model);
+void read_load_cells(Model& model);
+
 // Write lengths and rates of the cables and the acceleration (6) of the platform's origin, under known tensions.
 template <class T> void observe(cdpr::Plant<T>& plant, T* acceleration) {
     plant_geometry(plant);

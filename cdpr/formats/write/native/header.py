@@ -20,7 +20,7 @@ from cdpr.native.entries import headers_of, listing, own_entries
 TEMPLATE = Path(__file__).parent / "files" / "robot.h.in"
 INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([\w/.]+)[>"].*\n', re.MULTILINE)
 ONCE = re.compile(r"^\s*#\s*pragma once\n", re.MULTILINE)
-VITAL = ("IGNORED", "ANSWER", "FINITE")  # in the order of cdpr/calls.hpp
+VITAL = ("IGNORED", "ANSWER", "FINITE", "ESTIMATE")  # in the order of cdpr/calls.hpp
 # Of controllers that command rates, or lengths by ideal drives or steppers.
 MEASURE = """
 #define CDPR_MEASURE 1 /* this controller needs measured unwound lengths */

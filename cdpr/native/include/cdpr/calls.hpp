@@ -9,8 +9,8 @@
 
 namespace cdpr::CDPR_TARGET {
 
-// Meaning of a status other than 0: none; the operation found no answer; a value is not finite.
-enum Vital { IGNORED, ANSWER, FINITE };
+// Meaning of a status other than 0: none; the operation found no answer; a value is not finite; no estimate.
+enum Vital { IGNORED, ANSWER, FINITE, ESTIMATE };
 
 // Call of a compiled operation.
 struct Call {

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from cdpr.analysis.study.points import Label
+from cdpr.analysis.study.spread import distribution
 from cdpr.ui.report.figures.legend import LETTER, LINE, legend_width, write_legend
 from cdpr.ui.report.figures.study_layout import LEAST_PLACES, MOST_PLACES, Curve, Layout, panels, thinned
 from cdpr.ui.report.figures.surface import LABEL, Frame, Look
@@ -170,20 +171,37 @@ def _across(layout: Layout, records: Sequence[Record], count: int) -> int:
 
 
 def _draw(frame: Frame, layout: Layout, curve: Curve, look: Look, aside: float, x: XAxis, y: Scale, row: int) -> None:
-    """Draw dots, joined through medians if a place has several; draw crosses at the top for cases without value."""
+    """Draw dots, joined through medians if a place has several; draw crosses at the top for cases without value.
+
+    Of runs that differ only in their seeds, the dot is the mean, a thick bar the standard deviation, and a thin one the
+    95 % band.
+    """
     at = [x.places[place] + aside for place in curve.x]
-    middle = [y.at(sorted(values)[len(values) // 2]) for values in curve.values]
+    found = [distribution(values) for values in curve.values]
+    middle = [each.mean for each in found] if layout.seeds else [sorted(each)[len(each) // 2] for each in curve.values]
     joined = {} if layout.numeric and not layout.scattered else {"linestyle": ""}
-    frame.line(at, middle, {**look, **joined})
-    several = [(here, values) for here, values in zip(at, curve.values, strict=True) if len(values) > 1]
-    if several:
-        ends = [(y.at(min(values)), y.at(max(values)), nan) for _, values in several]
-        bars = [(here, here, nan) for here, _ in several]
-        frame.line(np.ravel(bars), np.ravel(ends), {"linewidth": 0.8, "color": look["color"]})
+    frame.line(at, [y.at(value) for value in middle], {**look, **joined})
+    several = [i for i, values in enumerate(curve.values) if len(values) > 1]
+    ends = [(min(values), max(values)) for values in curve.values]
+    if layout.seeds:
+        ends = [(each.low, each.high) for each in found]
+        deviations = [(each.mean - (each.std or 0.0), each.mean + (each.std or 0.0)) for each in found]
+        _bars(frame, [(at[i], *deviations[i]) for i in several], y, {"linewidth": 2.2, "color": look["color"]})
+    _bars(frame, [(at[i], *ends[i]) for i in several], y, {"linewidth": 0.8, "color": look["color"]})
     lost = [x.places[place] + aside for place in curve.lost]
     cross = {"marker": "x", "markersize": 4.0, "linestyle": "", "color": look["color"]}
     if lost:
         frame.line(lost, [0.965 - MARK * row] * len(lost), cross, "y")
+
+
+def _bars(frame: Frame, bars: Sequence[tuple[float, float, float]], y: Scale, look: Look) -> None:
+    """Draw vertical lines, each with its place and its ends."""
+    if bars:
+        places, ends = [], []
+        for at, low, high in bars:
+            places += [at, at, nan]
+            ends += [y.low if y.logarithmic and low <= 0.0 else y.at(low), y.at(high), nan]
+        frame.line(np.array(places), np.array(ends), look)
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 
 from cdpr.analysis.study.plan import Grid
 from cdpr.analysis.study.points import Label, Point
+from cdpr.analysis.study.spread import WITHOUT_FIGURES, seed_axis
 from cdpr.ui.report.style import CABLES
 from cdpr.ui.report.text.study import Figure, Record, label_text, value
 
@@ -15,18 +16,20 @@ MOST_PANELS = 12
 MOST_PLACES = 400  # per curve: more are indistinguishable
 LEAST_PLACES = 8  # per curve, even if many curves share a page
 
-WITHOUT_FIGURES = ("diverged", "failed", "died", "hung", "not run")  # statuses whose values are meaningless
-
 
 @dataclass(frozen=True)
 class Layout:
-    """Axes of one part of a study in a figure; runs that differ only in other axes coincide."""
+    """Axes of one part of a study in a figure; runs that differ only in other axes coincide.
+
+    If they differ only in their seeds, `seeds` is True.
+    """
 
     x: str
     numeric: bool  # x is a numeric scale, not categorical
     scattered: bool  # x is random: points are not connected
     line: str | None
     panels: tuple[str, ...]
+    seeds: bool = False
 
 
 @dataclass(frozen=True)
@@ -40,10 +43,17 @@ class Curve:
 
 
 def layouts(grid: Grid) -> list[Layout]:
-    """Return the layouts of one part of a study: one per numeric axis along x; none for a single case."""
+    """Return the layouts of one part of a study: one per numeric axis along x; none for a single case.
+
+    Seeds are along x only if nothing else varies: they are samples, not quantities.
+    """
     groups = sorted((column for column in grid.columns if len(column) > 1), key=len, reverse=True)
     if not groups:
         return []
+    seeds = seed_axis(grid)
+    others = [group for group in groups if seeds not in group[0].labels]
+    pooled = len(others) not in (0, len(groups))
+    groups = others if pooled else groups
     drawn = {leaf.label for axis in grid.axes for leaf in axis.leaves() if leaf.random is not None}
     along = next((group for group in groups if _numeric(group)), groups[0])
     rest = [group for group in groups if group is not along]
@@ -55,11 +65,12 @@ def layouts(grid: Grid) -> list[Layout]:
         if count * len(group) <= MOST_PANELS:
             count *= len(group)
             panels.append(_first(group))
+    pooled = pooled and len(panels) == len(rest)
     order = list(dict.fromkeys(leaf.label for axis in grid.axes for leaf in axis.leaves()))
     panels.sort(key=order.index)
     numeric = _numeric(along)
     return [
-        Layout(x, bool(numeric), x in drawn, None if line is None else _first(line), tuple(panels))
+        Layout(x, bool(numeric), x in drawn, None if line is None else _first(line), tuple(panels), pooled)
         for x in numeric or [_first(along)]
     ]
 

@@ -72,16 +72,15 @@ def _shown(run: Run, camera: CameraImages, reader: Any, most: int) -> ShownImage
         row = samples[k] // run.header.log_every
         return stored or png(camera.image(np.asarray(run.rows[row : row + 1])[0]))
 
-    size: tuple[int, int] = tuple(camera.about["size"])
     try:
         every, found = thinned(len(samples), picture, most)
     except CdprError as error:  # no renderer
-        return ShownImages(camera.name, size, (), (), len(samples), 1, str(error))
+        return ShownImages(camera.name, camera.camera.size, (), (), len(samples), 1, str(error))
     finally:
         camera.close()
     missing = "" if found else f"one image has more than {most} bytes" if samples else "no image was taken"
     times = tuple(samples[k] * step for k in found)
-    return ShownImages(camera.name, size, times, tuple(found.values()), len(samples), every, missing)
+    return ShownImages(camera.name, camera.camera.size, times, tuple(found.values()), len(samples), every, missing)
 
 
 def thinned(count: int, picture: Callable[[int], bytes], most: int) -> tuple[int, dict[int, bytes]]:

@@ -15,7 +15,8 @@ from cdpr.ui.report.figures.study import multiples
 from cdpr.ui.report.figures.study_layout import Layout, layouts
 from cdpr.ui.report.pages.page import banner, figure, hall, page, section, table
 from cdpr.ui.report.pages.study_cases import account, choose, player
-from cdpr.ui.report.text.study import FIGURES, Figure, Record, cells, label_text, value
+from cdpr.ui.report.pages.study_spread import spread_section
+from cdpr.ui.report.text.study import Figure, Record, cells, figures_of, label_text, value
 
 MOST_ROWS = 1000  # of the table on the page
 MOST_FIGURES = 24
@@ -45,6 +46,9 @@ def render(results: Results) -> str:
     study, records = results.study, results.table.records()
     links = {"about": "About"}
     parts = [section("about", _about(results))]
+    if spread := spread_section(results):
+        links["spread"] = "Mean and spread"
+        parts.append(section("spread", spread))
     blocks = [[record for record in records if record.get("block") == grid.name] for grid in study.blocks]
     pairs = zip(study.blocks, blocks, strict=True)
     wanted = [_wanted(grid, inside, f"block{k}") for k, (grid, inside) in enumerate(pairs, 1)]
@@ -95,8 +99,9 @@ def _about(results: Results) -> str:
         f"<p>Scenario: {escape(', '.join(scenarios))}. "
         f"Versions: {escape(', '.join(sorted(versions)))}.</p>\n"
         "<p>A dot is a run. Where several runs share a place, because an axis has none of its own in the figure, the "
-        "dot is their median and a line reaches from the least to the greatest. Crosses at the top are runs that have "
-        "no figure: they diverged, failed, died or hung.</p>"
+        "dot is their median and a line reaches from the least to the greatest. If such runs differ only in their "
+        "seed, the dot is their mean, the thick line one standard deviation, and the thin line the 95 % band. Crosses "
+        "at the top are runs that have no figure: they diverged, failed, died or hung.</p>"
     )
 
 
@@ -105,7 +110,7 @@ def _wanted(grid: Grid, records: Sequence[Record], key: str) -> list[PageFigure]
     return [
         PageFigure(f"{key}figure{i}_{k}", layout, what)
         for i, layout in enumerate(layouts(grid), 1)
-        for k, what in enumerate(FIGURES, 1)
+        for k, what in enumerate(figures_of(records), 1)
         if any(value(record, what) for record in records)
     ]
 
@@ -119,21 +124,24 @@ def _drawn(records: Sequence[Record], wanted: PageFigure, dots: int) -> str:
 def _caption(layout: Layout) -> str:
     lines = f"; lines: {layout.line}" if layout.line else ""
     panels = f"; panels: {', '.join(layout.panels)}" if layout.panels else ""
-    return f"Over {layout.x}{lines}{panels}."
+    seeds = "; mean and spread over the seeds" if layout.seeds else ""
+    return f"Over {layout.x}{lines}{panels}{seeds}."
 
 
 def _table(results: Results) -> str:
     rows = []
-    messages = ["Message"] if any(record["message"] for record in results.table.records()) else []
-    for case, record in zip(results.study.cases, results.table.records(), strict=True):
-        labels, found = cells(results.table.axes, record)
+    records = results.table.records()
+    figures = figures_of(records)
+    messages = ["Message"] if any(record["message"] for record in records) else []
+    for case, record in zip(results.study.cases, records, strict=True):
+        labels, found = cells(results.table.axes, record, figures)
         block = [case.block] if case.block is not None else []
         message = [str(record["message"] or "")] if messages else []
         rows.append(tuple(map(escape, (case.id, *block, *labels, *found, *message))))
         if len(rows) == MOST_ROWS:
             break
     blocks = ["Block"] if any(case.block is not None for case in results.study.cases) else []
-    titles = ("Case", *blocks, *results.table.axes, "Status", *(what.title for what in FIGURES), *messages)
+    titles = ("Case", *blocks, *results.table.axes, "Status", *(what.title for what in figures), *messages)
     more = len(results.study.cases) - len(rows)
     rest = f"\n<p>And {more} more in table.csv.</p>" if more else ""
     shown = tuple(escape(title).replace(".", ".<wbr>") for title in titles)  # allow line breaks in key names

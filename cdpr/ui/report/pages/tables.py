@@ -177,6 +177,7 @@ def provenance(run: Run) -> str:
         ("Robot", f"{escape(head.robot)}; {len(head.cables)} cables, platform of {head.mass:g} kg"),
         ("Backend", escape(head.backend)),
         ("Controller", escape(head.controller)),
+        *([("Estimator", escape(head.estimator))] if head.estimator else []),
         ("Tension solver", escape(head.solver)),
         *([("Nominal model", escape(head.believed))] if head.believed else []),
         *([("Controlled directions", escape(", ".join(head.controlled)))] if head.controlled else []),

@@ -14,7 +14,7 @@ from cdpr.scenario.events import limits_change
 from cdpr.ui.report.plots.histories import PLUGIN, Points, histories
 from cdpr.ui.report.plots.panel import Curves, Entry, Limit, Panel
 from cdpr.ui.report.plots.sensors import estimate, names_of, sensors
-from cdpr.ui.report.style import AXES, CABLES, DARK, DESIRED, INK, LEAST_ERROR, SOFT, cable_looks, shorten
+from cdpr.ui.report.style import AXES, CABLES, DARK, DESIRED, INK, LEAST_ERROR, SOFT, cable_looks, shorten, with_unit
 
 
 def pose(run: Run) -> list[Panel]:
@@ -126,7 +126,7 @@ def _column(run: Run, column: columns.Column) -> Panel:
     looks = cable_looks(names)
     colours, dashes = [look["color"] for look in looks], [look["linestyle"] for look in looks]
     legend: list[Entry] = [(shorten(name), look) for name, look in zip(names, looks, strict=True)]
-    label = f"{shorten(column.name)} ({column.unit})" if column.unit else shorten(column.name)
+    label = with_unit(shorten(column.name), column.unit)
     group = "cable" if column.width == columns.CABLES else ""
     lines = Curves(histories(run)[PLUGIN + column.name], colours, dashes, names=names, group=group)
     return Panel(label, (lines,), legend if column.width != 1 else (), name=column.name)

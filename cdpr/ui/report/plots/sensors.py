@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -14,11 +13,13 @@ from cdpr.log.run import Run
 from cdpr.log.summary import PIECE
 from cdpr.model import rotations
 from cdpr.model.robot import Array
+from cdpr.sensing import Sensor
+from cdpr.sensing.sensor import Quantity
 from cdpr.ui.report.plots.decimate import BINS, Extrema
 from cdpr.ui.report.plots.histories import Points
 from cdpr.ui.report.plots.panel import Curves, Entry, Limit, Panel
 from cdpr.ui.report.plots.truths import errors, measured_truth, rows_before
-from cdpr.ui.report.style import AXES, DARK, DESIRED, INK, SOFT, cable_looks, shorten
+from cdpr.ui.report.style import AXES, DARK, DESIRED, INK, SOFT, cable_looks, shorten, typeset, with_unit
 
 SIGMAS = 3.0  # half width of a band; 99.7 % of normal errors are within it
 MOST_CURVES = 16  # beyond, only the mean over the values and the root of the mean square of their errors
@@ -29,46 +30,41 @@ ERROR_UNITS = ("m", "rad", "m/s", "rad/s")
 
 def names_of(run: Run) -> frozenset[str]:
     """Return the names of the columns that the panels of sensors and of the estimate show."""
-    known = run.header.layout.fields
     own = {column.name for group in ESTIMATES if run.header.layout.has(group) for column in GROUPS[group].columns}
-    for sensor in run.header.sensors:
-        own |= {name for name in known if name.startswith(f"{sensor['name']}_") and name in _columns(run, sensor)}
+    for sensor in run.header.measuring:
+        own |= {column.name for column in _columns(run, sensor).values()}
     return frozenset(own)
 
 
-def _columns(run: Run, sensor: Mapping[str, Any]) -> dict[str, Column]:
-    """Return the columns of a sensor: its quantities, which end with its age."""
-    fields = list(run.header.layout.fields.values())
-    last = next((i for i, column in enumerate(fields) if column.name == f"{sensor['name']}_age"), -1)
-    first = last
-    while first > 0 and fields[first - 1].text.endswith(f", measured by {sensor['name']}"):
-        first -= 1
-    return {column.name: column for column in fields[first : last + 1]} if last >= 0 else {}
+def _columns(run: Run, sensor: Sensor) -> dict[str, Column]:
+    """Return the columns of a sensor by the keys of its quantities, and "age"."""
+    fields = run.header.layout.fields
+    named = {each.name.removeprefix(f"{sensor.title}_"): each.name for each in sensor.columns}
+    return {key: fields[name] for key, name in named.items() if name in fields}
 
 
 def sensors(run: Run) -> list[Panel]:
     """Return the panels of all sensors: each quantity, measured and true, its error, and the age."""
     panels: list[Panel] = []
-    for sensor in run.header.sensors:
-        for name, column in _columns(run, sensor).items():
-            key = name.removeprefix(f"{sensor['name']}_")
-            if key == "age":
-                panels += [_plain(run, column)] if _loses(run, sensor) else []
-            else:
-                panels += [_plain(run, column)] if key == "seen" else _quantity(run, sensor, key, column)
+    for sensor in run.header.measuring:
+        columns = _columns(run, sensor)
+        for each in sensor.quantities:
+            panels += _quantity(run, sensor, each, columns[each.key])
+        if sensor.quantities and _loses(run, sensor):
+            panels.append(_plain(run, columns["age"]))
     return panels
 
 
-def _loses(run: Run, sensor: Mapping[str, Any]) -> bool:
+def _loses(run: Run, sensor: Sensor) -> bool:
     """Return True if a measurement of a sensor was late or lost, so that its age shows more than its period."""
-    usual = sensor["delay"] + max(sensor["period"], run.header.log_step)
+    usual = sensor.delay + max(sensor.period, run.header.log_step)
     return bool(_oldest(run, sensor) > usual + 0.5 * run.header.log_step)
 
 
-def _quantity(run: Run, sensor: Mapping[str, Any], key: str, column: Column) -> list[Panel]:
+def _quantity(run: Run, sensor: Sensor, quantity: Quantity, column: Column) -> list[Panel]:
     """Return the panel of measured and true values, and that of their difference if the truth is known."""
-    lag = _lag(run, sensor)
-    name, unit = column.name, f" ({column.unit})" if column.unit else ""
+    key, lag = quantity.key, _lag(run, sensor)
+    name = column.name
     wide = column.width > MOST_CURVES
     measured = _history(run, lambda part: _reduced(part[name], wide))
     if errors(run.part(0, 1), sensor, key) is None:
@@ -85,17 +81,17 @@ def _quantity(run: Run, sensor: Mapping[str, Any], key: str, column: Column) -> 
         ("measured", {"color": SOFT, "linewidth": 1.4}),
         ("true", {"color": INK, "linewidth": 0.9, "linestyle": DESIRED}),
     ]
-    label = "mean " if wide else ""
-    both = Panel(f"{label}{shorten(name)}{unit}", lines, [*looks, *how], name=name)
-    return [both, _error(run, sensor, key, column, lag)]
+    label = with_unit(f"{'mean ' if wide else ''}{shorten(name)}", column.unit)
+    both = Panel(label, lines, [*looks, *how], name=name)
+    return [both, _error(run, sensor, quantity, column, lag)]
 
 
-def _error(run: Run, sensor: Mapping[str, Any], key: str, column: Column, lag: int) -> Panel:
-    wide, attitude = column.width > MOST_CURVES, key == "attitude"
+def _error(run: Run, sensor: Sensor, quantity: Quantity, column: Column, lag: int) -> Panel:
+    wide, attitude = column.width > MOST_CURVES, quantity.attitude
     unit = "rad" if attitude else column.unit
 
     def found(part: Run) -> Array:
-        each = errors(part, sensor, key)
+        each = errors(part, sensor, quantity.key)
         assert each is not None
         if not wide:
             return each
@@ -105,10 +101,12 @@ def _error(run: Run, sensor: Mapping[str, Any], key: str, column: Column, lag: i
     points = _history(run, found, lag)
     looks = [(axis, {"color": colour}) for axis, colour in zip("xyz", AXES, strict=True)] if attitude else []
     looks = looks or _looks(run, column, wide)
-    sigma = float(sensor.get(key, {}).get("noise", 0.0))
-    limits = (Limit(f"3 σ of the noise: {SIGMAS * sigma:.3g} {unit}", _ends(sigma, wide)),) if sigma > 0.0 else ()
+    sigma = sensor.errors_of(quantity).noise
+    limits = (
+        (Limit(f"3 σ of the noise: {SIGMAS * sigma:.3g} {typeset(unit)}", _ends(sigma, wide)),) if sigma > 0.0 else ()
+    )
     lines = Curves(points, [look["color"] for _, look in looks], names=[label for label, _ in looks])
-    label = f"{'rms ' if wide else ''}error of {shorten(column.name)} ({unit})"
+    label = with_unit(f"{'rms ' if wide else ''}error of {shorten(column.name)}", unit)
     legend = looks if len(looks) > 1 else ()
     return Panel(label, (lines,), legend, 2.0 * SIGMAS * sigma, limits, name=f"{column.name}_error")
 
@@ -123,8 +121,8 @@ def _plain(run: Run, column: Column) -> Panel:
     points = _history(run, lambda part: _reduced(part[column.name], wide))
     looks = _looks(run, column, wide)
     lines = Curves(points, [look["color"] for _, look in looks], names=[label for label, _ in looks])
-    unit, label = f" ({column.unit})" if column.unit else "", "mean " if wide else ""
-    return Panel(f"{label}{shorten(column.name)}{unit}", (lines,), looks if len(looks) > 1 else (), name=column.name)
+    label = with_unit(f"{'mean ' if wide else ''}{shorten(column.name)}", column.unit)
+    return Panel(label, (lines,), looks if len(looks) > 1 else (), name=column.name)
 
 
 def _reduced(values: Array | None, wide: bool) -> Array:
@@ -151,14 +149,14 @@ def _dark(column: Column) -> Sequence[str]:
     return DARK if column.frame and column.width == 3 else (INK,)
 
 
-def _lag(run: Run, sensor: Mapping[str, Any]) -> int:
+def _lag(run: Run, sensor: Sensor) -> int:
     """Return the number of rows before each part of a long run from which its measurements may be."""
     return int(np.ceil(_oldest(run, sensor) / run.header.log_step)) + 1 + rows_before(run, sensor)
 
 
-def _oldest(run: Run, sensor: Mapping[str, Any]) -> float:
+def _oldest(run: Run, sensor: Sensor) -> float:
     """Return the largest age of a measurement, s."""
-    return max(float(np.nanmax(part[f"{sensor['name']}_age"], initial=0.0)) for part, _, _ in _parts(run, 0))
+    return max(float(np.nanmax(part[f"{sensor.title}_age"], initial=0.0)) for part, _, _ in _parts(run, 0))
 
 
 def _parts(run: Run, lag: int) -> Sequence[tuple[Run, int, int]]:
@@ -198,7 +196,7 @@ def estimate(run: Run) -> list[Panel]:
 def _true_and_estimated(run: Run, name: str) -> Panel:
     unit = run.header.layout.fields[name].unit
     own = _history(run, lambda part: part[f"estimated_{name}"]), _history(run, lambda part: part[name])
-    return _pair(f"{name.replace('_', ' ')} ({unit})", f"estimated_{name}", *own)
+    return _pair(with_unit(name.replace("_", " "), unit), f"estimated_{name}", *own)
 
 
 def _attitudes(run: Run) -> Panel:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from cdpr.analysis.study.points import Label
@@ -39,7 +39,17 @@ FIGURES = (
     Figure("infeasible_steps", "Samples without admissible tensions", "infeasible", 1.0, 1.0),
     Figure("unanswered_steps", "Samples without a valid solution", "unanswered", 1.0, 1.0),
 )
-HEADINGS = [figure.heading for figure in FIGURES]
+# Of scenarios with an estimator.
+ESTIMATE = (
+    Figure("estimate_position_error_rms_m", "Error of the estimated position, rms (mm)", "est mm", 1e3, LEAST_ERROR),
+    Figure("estimate_nis_mean_per_value", "NIS, mean per value", "NIS"),
+    Figure("estimate_nees_mean_per_value", "NEES, mean per value", "NEES"),
+)
+
+
+def figures_of(records: Sequence[Record]) -> tuple[Figure, ...]:
+    """Return the figures of these cases: those of estimates only if a case has one."""
+    return (*FIGURES, *(each for each in ESTIMATE if any(record.get(each.column) is not None for record in records)))
 
 
 def value(record: Record, figure: Figure) -> float | None:
@@ -48,9 +58,9 @@ def value(record: Record, figure: Figure) -> float | None:
     return None if cell is None or isinstance(cell, str) else figure.scale * cell
 
 
-def cells(axes: Iterable[str], record: Record) -> tuple[list[str], list[str]]:
+def cells(axes: Iterable[str], record: Record, figures: Sequence[Figure]) -> tuple[list[str], list[str]]:
     """Return the cells of a case: axis values and status, and its figures."""
-    values = [value(record, figure) for figure in FIGURES]
+    values = [value(record, figure) for figure in figures]
     labels = [label_text(record[axis]) for axis in axes]
     return [*labels, str(record["status"])], ["-" if cell is None else digits(cell) for cell in values]
 

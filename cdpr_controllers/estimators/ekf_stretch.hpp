@@ -1,0 +1,132 @@
+// Stretch of cables in an error-state Kalman filter: ekf_stretch.py. SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cdpr_controllers/estimators/ekf_prediction.hpp>
+
+namespace cdpr::CDPR_TARGET {
+
+// Stretch of a cable. It hardly depends on the pose, so it keeps its value while measurements correct the pose.
+template <class T> struct CableStretch {
+    T* ratio;  // length per unwound length; NaN before the first tension acts
+    T* rate;   // m/s, rate of the length minus that of the unwound length
+};
+
+// Drum and span of a cable whose length changes at a constant rate.
+template <class T> struct StretchedCable {
+    ChainRow<T> chain;
+    T command;  // N
+    T length;   // m
+    T rate;     // m/s
+
+    static constexpr double LENGTH_STEP = 1e-6;  // m, of numerical derivatives: far above round-off
+    static constexpr int SUBSTEPS = 4;  // of a control period: drums on stiff cables vibrate at some hundred rad/s
+
+    // Return the tension, N, at an unwound length, m, with a rate of the stretch, m/s.
+    CDPR_INLINE T tension(T unwound, T stretching) const {
+        return pull(chain.span_kind(), chain.span(), length, unwound, stretching, chain.lowest());
+    }
+
+    // Return the acceleration of the drum, rad/s^2, at an unwound length, m, and its speed, rad/s; write the tension, N.
+    CDPR_INLINE T turn(T unwound, T speed, T& tension_now) const {
+        const T own[MOST_STATES] = {};
+        T present[ChainRow<T>::NUMBERS];
+        const T* numbers = chain.winch(unwound, present);
+        tension_now = tension(unwound, rate + numbers[0] * speed);
+        const T load = chain.load(tension_now, speed);
+        return drum_acceleration(chain.winch_kind(),
+                                 WinchMotion<T>{numbers, own, command, load, unwound, speed, chain.transmission()});
+    }
+
+    // Advance the drum by a control period, s, by the linearised implicit midpoint rule; return its mean tension, N.
+    inline T advance_drum(double period, T& unwound, T& speed) {
+        const double step = period / SUBSTEPS;
+        const T h = step, half = 0.5 * step, quarter = 0.25 * step;
+        T total = 0.0, ignored = 0.0;
+        length = length + half * rate;
+        for (int k = 0; k < SUBSTEPS; k++, length = length + h * rate) {
+            const T per_turn = chain.per_turn(unwound), middle = unwound - half * per_turn * speed;
+            const T now = turn(middle, speed, ignored);
+            const T by_length = (turn(middle + T(LENGTH_STEP), speed, ignored) - now) / T(LENGTH_STEP);
+            const T by_speed = (turn(middle, speed + T(SPEED_STEP), ignored) - now) / T(SPEED_STEP);
+            const T gain = h * now / (T(1.0) - half * (by_speed - half * per_turn * by_length));
+            T mean = 0.0;
+            turn(middle - quarter * per_turn * gain, speed + T(0.5) * gain, mean);
+            total = total + mean;
+            unwound = unwound - h * per_turn * (speed + T(0.5) * gain);
+            speed = speed + gain;
+        }
+        return total / T(double(SUBSTEPS));
+    }
+
+    // Return the stretch a control period, s, later under a measured tension, N, by the linearised backward Euler rule:
+    // the damping of a cable delays the stretch behind the tension. Cables without tension take the stretch at rest.
+    CDPR_INLINE T followed(double period, T measured, T ratio) const {
+        const T zero = 0.0, unwound = length / ratio, held = tension(unwound, zero);
+        const T damping = tension(unwound, T(1.0)) - held;
+        const T stiffness = (tension(unwound - T(LENGTH_STEP), zero) - held) / T(LENGTH_STEP);
+        const T resistance = damping + T(period) * stiffness;
+        const T more = T(period) * (measured - held) / resistance;
+        const T at_rest = length / rest(chain.span_kind(), chain.span(), length, measured);
+        return select(resistance > zero, length / (unwound - more), at_rest);
+    }
+};
+
+// Replace the commands of drums on cables that stretch, N, by the mean tensions of the coming period, and advance the
+// drums; `after` then has their unwound lengths, m, and speeds, rad/s. Cables keep the rates of the start.
+template <class T> inline void advance_drums(const FilteredPlatform<T>& p, const T* state, CableStretch<T> before,
+                                             T* tension, CableStretch<T> after) {
+    const Truth<T> acts = tension[0] == tension[0];
+    if (!p.drums || !any(acts)) return;
+    Geometry<T> cables = {p.lines, state, p.matrix, p.length, p.rate, p.m, p.w};
+    geometry(cables);
+    for (int64_t i = 0; i < p.m; i++) {
+        const ChainRow<T> chain = chain_row(p.chains, i);
+        if (!on_drum(p, chain)) continue;
+        StretchedCable<T> cable = {chain, tension[i], p.length[i], p.rate[i]};
+        const Truth<T> starts = before.ratio[i] != before.ratio[i];  // at the first tension, with constant stretch
+        T unwound = select(starts, rest(chain.span_kind(), chain.span(), p.length[i], tension[i]),
+                           p.length[i] / before.ratio[i]);
+        T speed = (select(starts, T(0.0), before.rate[i]) - p.rate[i]) / chain.per_turn(unwound);
+        tension[i] = select(acts, cable.advance_drum(p.period, unwound, speed), tension[i]);
+        after.ratio[i] = unwound;
+        after.rate[i] = speed;
+    }
+}
+
+// Return the unwound length of cable i, m, at rest with a tension, N, at a pose for which `geometry` has been called.
+template <class T> CDPR_INLINE T unwound_at(const FilteredPlatform<T>& p, T tension, int64_t i) {
+    const ChainRow<T> chain = chain_row(p.chains, i);
+    return rest(chain.span_kind(), chain.span(), p.length[i], tension);
+}
+
+// Write the stretch of cables at a predicted state: that of their drums, that which follows a measured tension, or that
+// at rest under the tension of a winch that moves with its cable. `tension`: N, commands or measured.
+template <class T> inline void write_stretch(const FilteredPlatform<T>& p, const T* state, const T* tension,
+                                             CableStretch<T> before, CableStretch<T> after) {
+    const T zero = 0.0;
+    const Truth<T> driven = Truth<T>(p.driven != 0) & (tension[0] == tension[0]);
+    Geometry<T> cables = {p.lines, state, p.matrix, p.length, p.rate, p.m, p.w};
+    geometry(cables);
+    for (int64_t i = 0; i < p.m; i++) {
+        const ChainRow<T> chain = chain_row(p.chains, i);
+        T ratio = before.ratio[i], rate = 0.0;
+        if (on_drum(p, chain)) {
+            ratio = p.length[i] / after.ratio[i];
+            rate = p.rate[i] + chain.per_turn(after.ratio[i]) * after.rate[i];
+        } else if (chain.stretches()) {
+            const T own[MOST_STATES] = {};
+            const T pull =
+                p.noisy ? tension[i] : chain.held(own, tension[i], p.length[i], p.rate[i], zero).tension;
+            ratio = p.length[i] / unwound_at(p, pull, i);
+            if (p.noisy && has_stretch_state(chain)) {
+                const StretchedCable<T> cable = {chain, zero, p.length[i], p.rate[i]};
+                const T old = before.ratio[i];
+                ratio = select(old == old, cable.followed(p.period, tension[i], old), ratio);
+            }
+        }
+        after.ratio[i] = select(driven, ratio, before.ratio[i]);
+        after.rate[i] = select(driven, rate, zero);
+    }
+}
+
+}  // namespace cdpr::CDPR_TARGET
