@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
-from cdpr.base.columns import Column
+from cdpr.base.column import Column
 from cdpr.base.fields import MAX_MAGNITUDE
 from cdpr.cables import EXITS, MODELS
 from cdpr.fmu.read.options import FMU, FmuFile

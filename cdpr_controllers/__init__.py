@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from cdpr.base.columns import CABLES, WORLD
+from cdpr.base.column import CABLES, WORLD
 from cdpr.base.fields import MAX_MAGNITUDE
 from cdpr.fmu.read.options import FMU, FmuFile
 from cdpr.link.options import REMOTE, PeerOptions

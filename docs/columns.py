@@ -6,7 +6,8 @@ from pathlib import Path
 
 from marked import rewritten, table
 
-from cdpr.base.columns import FIRST, Column, known_columns
+from cdpr.base.column import Column
+from cdpr.base.columns import FIRST, known_columns
 
 PAGE = Path(__file__).parent / "columns.md"
 TITLES = ("column", "shape", "unit", "description")

@@ -16,6 +16,9 @@ import numpy as np
 from marked import rewritten, table
 from teaching_controllers import SHOWN_CASE, controllers, cost_table, error_table
 from teaching_runs import RESULTS, Figures, command, number, results, simulate
+from teaching_vision import SCENARIO as VISION
+from teaching_vision import SHOWN_CASE as SHOWN_VISION
+from teaching_vision import vision, vision_table
 
 from cdpr.log.run import Run
 from cdpr.ui.report.figures.canvas import Axes, Chart, inline_svg, styled
@@ -320,6 +323,7 @@ COMMANDS = {
     "steps": lambda: command("compare", "caroca.yaml", step_changes(0.002), backends="reference,mujoco"),
     "engines": lambda: command("compare", "caroca.yaml", step_changes(0.001), backends=",".join(BACKENDS)),
     "controllers": lambda: command("run", "caroca.yaml", SHOWN_CASE, controller="sliding_mode"),
+    "vision": lambda: command("run", VISION, SHOWN_VISION),
 }
 TABLES = {
     "solvers": solver_table,
@@ -329,6 +333,7 @@ TABLES = {
     "engines": engine_table,
     "controllers": error_table,
     "costs": cost_table,
+    "vision": vision_table,
 }
 LABELS = {
     "solvers": "Tensions of the same move by four solvers",
@@ -357,6 +362,8 @@ def main(only: Sequence[str]) -> None:
         found["steps"], charts["steps"], found["engines"], charts["engines"] = steps_and_engines()
     if not only or "controllers" in only:
         found["controllers"] = controllers()
+    if not only or "vision" in only:
+        found["vision"] = vision()
     plain = json.loads(json.dumps(found, default=float), parse_float=lambda text: float(f"{float(text):.5g}"))
     RESULTS.write_text(json.dumps({**results(), **plain}, indent=1) + "\n")
     for name, chart in charts.items():

@@ -57,9 +57,14 @@ def longest_delay(controller: str) -> int:
         run = simulate(
             "caroca.yaml", {**changes, "sensors": [*motion_capture(delay=delay / 1e3), *changes["sensors"][2:]]}
         )
-        if run.status != "finished" or errors(run)[-300:].max() > CALM:
+        if not calm(run):
             return delay - DELAYS.step
     return DELAYS[-1]
+
+
+def calm(run: Run) -> bool:
+    """Return True if the platform rests at its target at the end of a run."""
+    return run.status == "finished" and bool(errors(run)[-300:].max() <= CALM)
 
 
 def controllers() -> Figures:

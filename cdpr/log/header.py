@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from cdpr.base.columns import Column
+from cdpr.base.column import Column
 from cdpr.base.problems import printable
 from cdpr.log.layout import Layout, implied_columns
 from cdpr.model.robot import COMMANDED
@@ -110,7 +110,7 @@ class Header:
         return "tension" if self.ideal_cables else "cable_tension"
 
     @cached_property
-    def measuring(self) -> tuple[Sensor, ...]:
+    def sensor_objects(self) -> tuple[Sensor, ...]:
         """Sensors.
 
         Raises:
@@ -139,7 +139,7 @@ class Header:
         from cdpr.scene import Subject
 
         extent = float(np.linalg.norm(np.ptp(np.array(self.anchors)[:, :3], axis=0))) or self.characteristic_length
-        drawings = [sensor.drawing(extent) for sensor in self.measuring]
+        drawings = [sensor.drawing(extent) for sensor in self.sensor_objects]
         return Subject(
             cables=self.cables,
             anchors=np.array(self.anchors, dtype=np.float64).reshape(-1, 6),

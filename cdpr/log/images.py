@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import math
 import struct
 import zlib
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -131,7 +132,7 @@ class CameraImages:
 
 def cameras_of(header: Header) -> list[CameraImages]:
     """Return the cameras of a run, with which images are rendered; none without cameras."""
-    return [CameraImages(header, sensor) for sensor in header.measuring if isinstance(sensor, Camera)]
+    return [CameraImages(header, sensor) for sensor in header.sensor_objects if isinstance(sensor, Camera)]
 
 
 def images(run: Run, name: str | None = None) -> Iterator[tuple[float, Image]]:
@@ -162,12 +163,28 @@ def images(run: Run, name: str | None = None) -> Iterator[tuple[float, Image]]:
 
 def imaged_rows(run: Run, camera: CameraImages) -> Iterator[tuple[int, Array]]:
     """Yield number and row of the samples of which a camera takes images, if their poses are finite."""
-    thinned = run.header.log_every
-    for k in range(0, len(run.rows), max(1, camera.every // thinned)):
+    return every_row(run, [camera])
+
+
+def every_row(run: Run, cameras: Sequence[CameraImages]) -> Iterator[tuple[int, Array]]:
+    """Yield number and row of the samples of which one of the cameras takes an image."""
+    for k in range(0, len(run.rows), rows_apart(run.header, cameras)):
         row = np.asarray(run.rows[k : k + 1])[0]
-        sample = round(float(row[0]) / run.header.control_step)
-        if sample % camera.every == 0 and np.isfinite(row[: run.header.layout.columns["orientation"].stop]).all():
+        sample = sample_of(run.header, row)
+        if sample is not None and any(sample % camera.every == 0 for camera in cameras):
             yield sample, row
+
+
+def rows_apart(header: Header, cameras: Sequence[CameraImages]) -> int:
+    """Return the number of rows from one with an image to the next."""
+    return math.gcd(*(max(1, camera.every // header.log_every) for camera in cameras))
+
+
+def sample_of(header: Header, row: Array) -> int | None:
+    """Return the number of the sample in a row (width,); None if its pose is not finite."""
+    if not np.isfinite(row[: header.layout.columns["orientation"].stop]).all():
+        return None
+    return round(float(row[0]) / header.control_step)
 
 
 def png(image: Image) -> bytes:

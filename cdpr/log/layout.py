@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Protocol
 
-from cdpr.base.columns import FIRST, GROUPS, Column
+from cdpr.base.column import Column
+from cdpr.base.columns import FIRST, GROUPS
 from cdpr.model.robot import Array, ideal
 
 

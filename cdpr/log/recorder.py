@@ -23,6 +23,7 @@ from cdpr.log.writer import LogWriter
 from cdpr.model.robot import Array
 
 if TYPE_CHECKING:
+    from cdpr.log.image_writer import ImageWriter
     from cdpr.mechanics.closest import Closest
 
 
@@ -74,6 +75,7 @@ class Recorder:
     Args:
         marks: samples whose rows are also kept in `marked`.
         closest: factory of the clearance monitor, which may return None; called only if there is a tally.
+        images: writer of the images of cameras, which the caller closes.
 
     Attributes:
         rows: table for the samples of the loop.
@@ -91,6 +93,7 @@ class Recorder:
         folder: Path | None = None,
         marks: Iterable[int] = (),
         closest: Callable[[], Closest | None] = lambda: None,
+        images: ImageWriter | None = None,
     ) -> None:
         width, self._every = header.layout.width, header.log_every
         self._status = header.layout.columns["status"].start
@@ -104,6 +107,7 @@ class Recorder:
         self.finite = Finite(header.layout, header.control_step)
         self.marked: dict[int, Array] = {}
         self._marks = sorted(set(marks))
+        self._images = images
         self.first = 0
         self._piece: Piece | None = None  # last snapshot of the current branch
         self._count = 0  # number of kept rows: row i is sample i * every, except for the last
@@ -113,6 +117,7 @@ class Recorder:
     def flush(self, stop: int) -> None:
         """Process the samples up to `stop` (excluded), and update the log."""
         self._take(stop)
+        self._image()
         if self._writer is not None and (self._every == 1 or monotonic() > self._written + BLOCK_SECONDS):
             self._write()
             self._written = monotonic()
@@ -165,6 +170,7 @@ class Recorder:
         if stop and (stop - 1) % self._every and self._count <= (stop - 1) // self._every + 1:
             self._kept[self._count % len(self._kept)] = self.rows[(stop - 1) % len(self.rows)]
             self._count += 1
+        self._image()
         if self.tally is not None:
             self._tally_up(stop)
         if self._writer is not None:
@@ -214,9 +220,15 @@ class Recorder:
             self._kept[at : at + n] = self.rows[first : first + (n - 1) * every + 1 : every]
             self._count += n
             if self._writer is not None and self._count % BLOCK == 0:
+                self._image()
                 self._write()
         if stop % size == 0 and self.tally is not None:
             self._tally_up(stop)
+
+    def _image(self) -> None:
+        """Pass kept rows on for images."""
+        if self._images is not None:
+            self._images.take(self._kept, self._count)
 
     def _write(self) -> None:
         """Write kept rows to the log; `flush` and `close` report a failure after all samples are kept."""

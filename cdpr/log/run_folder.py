@@ -20,6 +20,7 @@ from cdpr.log.run import Run
 
 RUNS = Path("runs")
 SCENARIO_NAME = "scenario.yaml"
+IMAGES_NAME = "images.mcap"  # of the cameras
 
 ROOM = 65536  # bytes reserved for the final run.json in addition to twice its initial size: events, timings
 

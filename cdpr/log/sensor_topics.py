@@ -40,7 +40,7 @@ def frames(header: Header) -> dict[str, tuple[str, Array, Array]]:
 def sensor_groups(header: Header, channel: int) -> list[Group]:
     """Return the topics of standard messages on channels from `channel` on, one group for each sensor."""
     groups: list[Group] = []
-    for sensor in header.measuring:
+    for sensor in header.sensor_objects:
         message, name = sensor.message(header.cables), sensor.title
         if message is not None:
             every = header.log_every * max(1, int(sensor.period / header.log_step + 1e-6))

@@ -6,7 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from cdpr.base.columns import ARRAY, COMMANDS, TOPICS, WINCHES, Column
+from cdpr.base.column import ARRAY, Column
+from cdpr.base.columns import COMMANDS, TOPICS, WINCHES
 from cdpr.log.header import Header
 from cdpr.log.layout import Layout
 from cdpr.model.robot import Array

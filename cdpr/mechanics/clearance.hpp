@@ -134,6 +134,13 @@ inline Nearest<double> nearest(const Bodies& bodies, const double* pose, double*
     return nearest_solids(bodies, p, q, ends, nearest_cables(bodies, p, q, ends));
 }
 
+// Bodies at a time, with cables before they break only; present: (m), m, their radii.
+inline Bodies unbroken(Bodies bodies, const double* gone, double time, double* present) {
+    for (int64_t i = 0; i < bodies.m; i++) present[i] = time < gone[i] ? bodies.radius[i] : GONE;
+    bodies.radius = present;
+    return bodies;
+}
+
 // Check whether unbroken cables are too near, for the loop.
 struct TooNear {
     Bodies bodies;       // radius: of the cables before any break
@@ -149,11 +156,9 @@ struct TooNear {
 
 // Return 1 if they are too near, else 0.
 inline int too_near(TooNear& watch, double time) {
-    Bodies now = watch.bodies;
-    if (!has_anchors<double>(now.w)) return BAD_INPUT;
-    for (int64_t i = 0; i < now.m; i++) watch.present[i] = time < watch.gone[i] ? watch.bodies.radius[i] : GONE;
+    if (!has_anchors<double>(watch.bodies.w)) return BAD_INPUT;
+    const Bodies now = unbroken(watch.bodies, watch.gone, time, watch.present);
     if (time < watch.after) return 0;
-    now.radius = watch.present;
     return nearest(now, watch.pose, watch.ends).clearance <= watch.clearance ? 1 : 0;
 }
 

@@ -140,11 +140,9 @@ struct SaggingTooNear {
 // Return 1 if they are too near, else 0.
 inline int sagging_too_near(SaggingTooNear& watch, double time) {
     SaggingBodies now = watch.bodies;
-    Bodies& bodies = now.bodies;
-    if (!has_anchors<double>(bodies.w)) return BAD_INPUT;
-    for (int64_t i = 0; i < bodies.m; i++) watch.present[i] = time < watch.gone[i] ? bodies.radius[i] : GONE;
+    if (!has_anchors<double>(now.bodies.w)) return BAD_INPUT;
+    now.bodies = unbroken(now.bodies, watch.gone, time, watch.present);
     if (time < watch.after) return 0;
-    bodies.radius = watch.present;
     return nearest_curves(now, watch.pose, watch.unwound).clearance <= watch.clearance ? 1 : 0;
 }
 

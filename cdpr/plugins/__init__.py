@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from cdpr.base.columns import CABLES, Column
+from cdpr.base.column import CABLES, Column
 from cdpr.plugins.info import INTERFACE_VERSION, FileName, PluginInfo, PluginOptions, hookimpl
 
 _INTERFACES = {

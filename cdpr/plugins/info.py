@@ -13,7 +13,8 @@ from pydantic import BaseModel, ConfigDict, GetCoreSchemaHandler, ValidationInfo
 from pydantic_core import CoreSchema
 from pydantic_core.core_schema import with_info_after_validator_function
 
-from cdpr.base.columns import Column, check_declared
+from cdpr.base.column import Column
+from cdpr.base.columns import check_declared
 from cdpr.base.problems import short_repr
 
 INTERFACE_VERSION = 1

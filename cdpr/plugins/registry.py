@@ -18,7 +18,7 @@ from typing import Any
 import pluggy
 from pydantic import ValidationError
 
-from cdpr.base.columns import Column
+from cdpr.base.column import Column
 from cdpr.base.errors import CdprError, PluginError, one_line
 from cdpr.base.nearest import did_you_mean
 from cdpr.base.redirect_output import redirect_output

@@ -8,7 +8,7 @@ from typing import Annotated, Any, ClassVar, Literal
 import numpy as np
 from pydantic import Field, field_validator
 
-from cdpr.base.columns import Column
+from cdpr.base.column import Column
 from cdpr.base.fields import NonNegative, unit
 from cdpr.base.needs import Needs, left_out, of_sensor
 from cdpr.sensing.pinhole import Pinhole

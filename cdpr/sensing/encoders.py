@@ -8,7 +8,7 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from cdpr.base.columns import CABLES
+from cdpr.base.column import CABLES
 from cdpr.base.needs import Needs, of_sensor
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind

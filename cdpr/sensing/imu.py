@@ -8,7 +8,7 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from cdpr.base.columns import PLATFORM
+from cdpr.base.column import PLATFORM
 from cdpr.base.fields import ZERO, Position, unit
 from cdpr.base.needs import Needs, of_sensor
 from cdpr.model import rotations

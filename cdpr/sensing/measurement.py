@@ -37,6 +37,7 @@ def kernel_arguments(sensor: Sensor, cables: int, step: float) -> tuple[dict[str
         "errors": errors,
         "step": step,
         "dropout": sensor.dropout,
+        "limit": sensor.reach_limit,
         "every": every,
         "delay": delay,
         "jitter": jitter,

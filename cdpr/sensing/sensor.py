@@ -11,13 +11,13 @@ from __future__ import annotations
 import math
 import re
 from abc import abstractmethod
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import AfterValidator, Field
 
-from cdpr.base.columns import CABLES, Column
+from cdpr.base.column import CABLES, Column
 from cdpr.base.fields import Kind, NonNegative, unit
 from cdpr.base.needs import Needs, of_sensor
 from cdpr.model import Robot
@@ -128,6 +128,11 @@ class Truth:
     write: Sequence[Operation] = ()
     arrays: Sequence[Array] = ()
     mount: Mount | None = None
+
+
+def measuring(sensors: Iterable[Sensor]) -> list[Sensor]:
+    """Return the sensors that measure in the loop; cameras, whose images are rendered outside it, do not."""
+    return [sensor for sensor in sensors if sensor.quantities]
 
 
 class Sensor(Kind):

@@ -14,7 +14,7 @@ from typing import Annotated, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from cdpr.base.columns import CABLES
+from cdpr.base.column import CABLES
 from cdpr.base.fields import Positive, unit
 from cdpr.base.needs import Needs, of_sensor
 from cdpr.model.robot import Array

@@ -7,7 +7,7 @@ from typing import ClassVar, Literal
 
 from pydantic import Field
 
-from cdpr.base.columns import WORLD
+from cdpr.base.column import WORLD
 from cdpr.base.needs import Needs, of_sensor
 from cdpr.model.robot import Array
 from cdpr.sensing.errors import Errors

@@ -14,7 +14,7 @@ from typing import TypeVar, cast
 
 import numpy as np
 
-from cdpr.base.columns import Column
+from cdpr.base.column import Column
 from cdpr.base.errors import CdprError, PluginError
 from cdpr.base.problems import Path, dotted, short_repr
 from cdpr.cables import COMMANDED, commands_of, rubs, with_model

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from cdpr.base.columns import FIRST, GROUPS, Column, clash
+from cdpr.base.column import Column
+from cdpr.base.columns import FIRST, GROUPS, clash
 from cdpr.base.errors import CdprError, PluginError
 from cdpr.cables import bends, has_drums, has_steppers, rubs, takes_lengths
 from cdpr.cables.motor import is_electrical

@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel
 
-from cdpr.base.columns import ESTIMATED, INNOVATION, UNCERTAINTY, Column
+from cdpr.base.column import Column
+from cdpr.base.columns import ESTIMATED, INNOVATION, UNCERTAINTY
 from cdpr.base.errors import PluginError
 from cdpr.base.needs import of_estimator
 from cdpr.cables import commands_of
@@ -20,6 +21,7 @@ from cdpr.plugins import Estimator, EstimatorInputs, SensorModel, SnapshotOfArra
 from cdpr.plugins.compiled import speaks_for
 from cdpr.plugins.registry import Registered
 from cdpr.scenario import Scenario
+from cdpr.sensing.sensor import measuring
 from cdpr.simulation.loop_part import LoopPart, Surroundings
 from cdpr.tension.operations import Operation
 
@@ -51,12 +53,10 @@ def check_estimator(scenario: Scenario) -> None:
     entry = estimator_of(scenario)
     if entry is not None:
         m = scenario.robot.m
-        measuring = [sensor for sensor in scenario.sections.sensors if sensor.quantities]  # cameras have none
-        sizes = [sum(each.values(m) for each in sensor.quantities) for sensor in measuring]
-        models = [
-            SensorModel(sensor.nominal, np.zeros(size), np.zeros(1), np.zeros(1))
-            for sensor, size in zip(measuring, sizes, strict=True)
-        ]
+        models = []
+        for sensor in measuring(scenario.sections.sensors):
+            size = sum(each.values(m) for each in sensor.quantities)
+            models.append(SensorModel(sensor.nominal, np.zeros(size), np.zeros(1), np.zeros(1)))
         _make(entry, scenario.nominal or scenario.robot, scenario, models).close()
 
 
@@ -117,9 +117,7 @@ class Estimation(LoopPart):
         models, arrivals = [], []
         time = view("time")
         self.arrays = ()
-        for sensor in scenario.sections.sensors:
-            if not sensor.quantities:
-                continue
+        for sensor in measuring(scenario.sections.sensors):
             names = [column.name for column in sensor.columns]
             measured, age = view(names[0], names[-2]), view(names[-1])
             before, fresh = np.zeros(1), np.zeros(1)

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from cdpr.base.columns import Column
+from cdpr.base.column import Column
 from cdpr.base.errors import CdprError
 from cdpr.fmu.export.control import PAID_OUT, PULLS
 from cdpr.log.layout import Layout
@@ -19,6 +19,7 @@ from cdpr.native.bind import bind
 from cdpr.native.exported_pipeline import ESTIMATE, FINITE, IGNORED, Call, address, members
 from cdpr.plugins import Backend, Controller, ControllerInputs
 from cdpr.scenario import Scenario
+from cdpr.sensing.sensor import measuring
 from cdpr.simulation.columns import columns_of
 from cdpr.simulation.controller_calls import observes
 from cdpr.simulation.loop_part import LoopPart, Surroundings, writes
@@ -53,7 +54,7 @@ class _Winches:
 
 
 class ExportedSensors:
-    """What the controller of an exported plant sees, and the operations before its law.
+    """Measurements and estimates that the controller of an exported plant sees.
 
     Noise, delays and losses have the bits of a run: they depend on the seed and the names of the sensors.
 
@@ -178,8 +179,8 @@ class ExportedSensors:
     def unused(self) -> list[str]:
         """Names of the sensors that are left out, after `calls`."""
         known = {each.column.name for each in self._outputs}
-        measuring = [each for each in self._scenario.sections.sensors if each.quantities]  # cameras have none
-        return [each.title for each in measuring if f"{each.title}_age" not in known]
+        sensors = measuring(self._scenario.sections.sensors)
+        return [each.title for each in sensors if f"{each.title}_age" not in known]
 
     def close(self) -> None:
         """Close the estimator; may be called again."""

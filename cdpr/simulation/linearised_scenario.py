@@ -47,7 +47,7 @@ def _scheme(scenario: Scenario) -> object:
 def held_scenario(scenario: Scenario, pose: Array) -> Scenario:
     """Return the scenario at rest at a pose, on the reference."""
     nonlinear = (part.nonlinear for part in loop_parts(scenario) if part.nonlinear)
-    if reason := unknown_part(scenario) or next(nonlinear, ""):
+    if reason := unknown_part(scenario) or next(nonlinear, "") or _unknown_measurements(scenario):
         raise NotLinearisedError(reason)
     rest = {"position": pose[:3].tolist(), "orientation": {"quaternion": pose[3:].tolist()}}
     changes: dict[str, Any] = {"trajectory": {"type": "hold"}, "initial": rest, "simulation.backend": BACKEND}
@@ -59,13 +59,21 @@ def held_scenario(scenario: Scenario, pose: Array) -> Scenario:
     return scenario.with_changes(changes | small_steps(scenario))
 
 
+def _unknown_measurements(scenario: Scenario) -> str:
+    """Return the reason why the measurements that a controller needs have no linearisation; "" if it needs none."""
+    controller = chosen_plugins(scenario)["controller"]
+    declared = controller.properties(scenario.controller_options).get("sensors", ())  # type: ignore[arg-type]
+    kinds = ", ".join(declared) if isinstance(declared, tuple) else ""
+    return f"the controller '{controller.info.name}' uses the sensor {kinds}, which is not linearised" if kinds else ""
+
+
 def exact_sensors(scenario: Scenario) -> list[dict[str, Any]]:
     """Return the sensors of pose and twist that the controller uses, with gain and bias as their only errors."""
     found: list[dict[str, Any]] = []
     for sensor in seen_sensors(scenario).values():
         row: dict[str, Any] = {"type": sensor.type, "name": sensor.title}
         for quantity in sensor.quantities:
-            errors = getattr(sensor, quantity.key).to_dict()
+            errors = sensor.errors_of(quantity).to_dict()
             row[quantity.key] = {key: value for key, value in errors.items() if key in ("gain", "bias")}
         found.append(row)
     return found

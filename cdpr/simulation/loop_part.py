@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from cdpr.base.columns import Column
+from cdpr.base.column import Column
 from cdpr.base.errors import PluginError
 from cdpr.base.needs import Needs, of_loop_part, of_moving_anchors
 from cdpr.mechanics.anchors import Anchors
@@ -83,7 +83,7 @@ class LoopPart:
 
     Example:
         >>> import numpy as np
-        >>> from cdpr.base.columns import Column
+        >>> from cdpr.base.column import Column
         >>> from cdpr.simulation.loop_part import LoopPart
         >>> from cdpr.tension.operations import Operation
         >>> class Travel(LoopPart):

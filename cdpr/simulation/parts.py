@@ -5,7 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from cdpr.base.columns import GROUPS, LATER, Column
+from cdpr.base.column import Column
+from cdpr.base.columns import GROUPS, LATER
 from cdpr.model import Robot
 from cdpr.model.shapes import Obstacle
 from cdpr.plugins import Backend, Controller, TensionSolver

@@ -32,7 +32,7 @@ from cdpr.log.mcap_file import LOG_NAME
 from cdpr.log.recorder import Recorder
 from cdpr.log.rows import LogRows
 from cdpr.log.run import CLEARANCE, Run
-from cdpr.log.run_folder import RunFolder
+from cdpr.log.run_folder import IMAGES_NAME, RunFolder
 from cdpr.log.summary import left_and_slack
 from cdpr.model.robot import Array
 from cdpr.plugins import Backend, Controller
@@ -52,7 +52,7 @@ from cdpr.simulation.session import Session
 from cdpr.simulation.works import with_live_events
 
 if TYPE_CHECKING:
-    from cdpr.log.images import CameraImages
+    from cdpr.log.image_writer import ImageWriter
     from cdpr.mechanics.closest import Closest
 
 SESSION_NAME = "session.yaml"  # file in the output folder of a run with external commands
@@ -87,7 +87,7 @@ class Runner:
         self.recorder: Recorder | None = None
         self.run: Run | None = None
         self.session = Session(scenario)
-        self._cameras: list[CameraImages] = []
+        self._images: ImageWriter | None = None
         self._closed: list[str] = []  # parts that are closed already
         self._plugins: dict[str, Any] = {}  # metadata of the parts
         self._begun = self._started = perf_counter()
@@ -99,9 +99,10 @@ class Runner:
         warm_up(self.loop, self.scenario)
         folder = None if self.folder is None else self.folder.path
         marked = marks(self.scenario.events, self.header.control_step)
-        self.recorder = Recorder(self.header, self.scenario.simulation.steps, folder, marked, self._watching)
-        if self.folder is not None and self.header.imaging:
-            self._open_cameras()
+        self._open_images()
+        self.recorder = Recorder(
+            self.header, self.scenario.simulation.steps, folder, marked, self._watching, self._images
+        )
         self._started = perf_counter()
         return self.loop, self.recorder
 
@@ -138,15 +139,16 @@ class Runner:
         done = self.samples > self.scenario.simulation.steps
         stop = None if done else PlantEnded(f"t = {self._time:.6g} s: continues in {folder.path}")
         self.run, _ = self._finished(stop, closing=False)
-        self._write_images(self.run)
+        self._close_images()
         if self.folder is not None:
             self.folder.finish(self.run)
         new = Runner(self.scenario, self.header, folder)
         new.parts, new.loop, new.session, new._started = self.parts, self.loop, self.session, perf_counter()
-        new.recorder = Recorder(self.header, self.scenario.simulation.steps, folder.path, closest=self._watching)
+        new._open_images()
+        new.recorder = Recorder(
+            self.header, self.scenario.simulation.steps, folder.path, closest=self._watching, images=new._images
+        )
         self.loop.write_to(new.recorder.rows)
-        if new.header.imaging:
-            new._open_cameras()
         return new
 
     def so_far(self) -> Run:
@@ -198,13 +200,15 @@ class Runner:
         if self.run is None:
             self.run, error = self._finished(error)
         if self.folder is not None and not len(self.run.rows) and isinstance(error, CdprError):
+            with suppress(CdprError):
+                self._close_images()
             self.folder.withdraw(
-                LOG_NAME, SESSION_NAME
+                LOG_NAME, SESSION_NAME, IMAGES_NAME
             )  # nothing was computed: the corrected command may use the same folder
             self.folder, self.run = None, replace(self.run, folder=None)
         if self.folder is not None:
             try:
-                self._write_images(self.run)
+                self._close_images()
             except CdprError as unseen:
                 error = error or unseen
             try:
@@ -216,26 +220,23 @@ class Runner:
             raise error
         return self.run
 
-    def _open_cameras(self) -> None:
-        """Make the renderers of all cameras, so that a run without one fails at its start."""
-        from cdpr.log.images import cameras_of  # few runs need this import
-
-        self._cameras = cameras_of(self.header)
-        for camera in self._cameras:
-            _ = camera.renderer
-
-    def _write_images(self, run: Run) -> None:
-        """Render the images of the cameras into the folder, and close the cameras."""
-        if self.folder is None or not self._cameras:
+    def _open_images(self) -> None:
+        """Begin the file with the images of cameras, so that a run without a renderer fails at its start."""
+        if self.folder is None or not self.header.imaging:
             return
-        from cdpr.log.image_file import IMAGES_NAME, write_images
+        from cdpr.log.image_writer import ImageWriter  # few runs need this import
 
-        cameras, self._cameras = self._cameras, []
-        try:
-            write_images(self.folder.path / IMAGES_NAME, run, cameras)
-        finally:
-            for camera in cameras:
-                camera.close()
+        self._images = ImageWriter(self.folder.path / IMAGES_NAME, self.header)
+
+    def _close_images(self) -> None:
+        """Wait for the last images, and complete their file."""
+        if self._images is not None:
+            try:
+                self._images.close()
+            except CdprError:
+                self._images = None
+                raise
+            self._images = None
 
     def _finished(
         self, error: BaseException | None, *, closing: bool = True, going_on: bool = False

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import numpy as np
 
-from cdpr.base.columns import Column
+from cdpr.base.column import Column
 from cdpr.base.needs import of_sensor
 from cdpr.cables import chain_of
 from cdpr.model.robot import Array
@@ -16,7 +16,7 @@ from cdpr.native.random_numbers import Stream
 from cdpr.scenario import Scenario
 from cdpr.sensing.disturbance import Disturbance, Mount
 from cdpr.sensing.measurement import kernel_arguments
-from cdpr.sensing.sensor import Sensor, Sources, Used
+from cdpr.sensing.sensor import Sensor, Sources, Used, measuring
 from cdpr.simulation.estimation import estimator_of
 from cdpr.simulation.loop_part import LoopPart, Surroundings
 from cdpr.tension.operations import Operation
@@ -30,7 +30,7 @@ LOST = 3  # place in `count` of measurement.hpp
 
 def sensors_of(scenario: Scenario) -> LoopPart | None:
     """Return the part of the loop with the sensors of a scenario; None if it has none."""
-    sensors = [sensor for sensor in scenario.sections.sensors if sensor.quantities]  # cameras have none
+    sensors = measuring(scenario.sections.sensors)
     about = {"stretch": _stretch(scenario), "estimated": estimator_of(scenario) is not None}
     return Sensors(sensors, scenario.simulation.seed, scenario.obstacles, **about) if sensors else None
 

@@ -23,6 +23,7 @@ from cdpr.sensing.sensor import Sources
 from cdpr.testing import samples
 from cdpr.testing.check import expect
 from cdpr.testing.samples import GRAVITY
+from cdpr.testing.sensors import SAMPLES
 from cdpr.testing.subjects import Subject
 
 STEP = 1e-3  # s
@@ -172,10 +173,10 @@ class EstimatorSubject(Subject):
         for name in names:
             if name not in SENSORS:
                 raise CdprError(f"it declares sensors of the unknown type {name!r}")
-            kind = SENSORS[name]
-            quantities = [each.key for each in kind.quantities if each.key in kind.model_fields]
-            errors: dict[str, Any] = {key: {"noise": noise} for key in quantities}
-            found.append(kind(**errors, **settings))
+            sensor = SAMPLES.get(name, SENSORS[name])()
+            kind = type(sensor)
+            errors = {each.key: {"noise": noise} for each in sensor.quantities if each.key in kind.model_fields}
+            found.append(kind(**{**sensor.to_dict(), **errors, **settings}))
         return found
 
     def make(self, measuring: Measuring) -> Estimator:

@@ -22,7 +22,8 @@ def _camera() -> Markers:
     return Markers(position=(0.0, 0.0, 8.0), attitude=(0.0, 1.0, 0.0, 0.0), size=(2000, 2000), markers=corners)
 
 
-# Sample of each type of sensor that a controller can declare, see `Controller.use_sensors`.
+# Sample of each type of sensor that a controller can declare, see `Controller.use_sensors`. Estimators can also declare
+# the other types: their samples have the default values.
 SAMPLES: Mapping[str, Callable[[], Sensor]] = MappingProxyType({"markers": _camera, "tension": Tension})
 MOUNTED = {"markers"}  # those with a place in the world
 

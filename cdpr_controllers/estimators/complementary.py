@@ -11,8 +11,9 @@ from cdpr.base.errors import CdprError
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
-from cdpr.plugins import Estimator, EstimatorInputs, SensorModel, SnapshotOfArrays
+from cdpr.plugins import SensorModel
 from cdpr.sensing import Encoders, Imu, Pose
+from cdpr_controllers.estimators.compiled import CompiledEstimator
 from cdpr_controllers.estimators.length_fit import LengthFit
 
 # Largest gain times the time between two poses, as in complementary.hpp: a correction then removes at most this share
@@ -21,7 +22,7 @@ from cdpr_controllers.estimators.length_fit import LengthFit
 LARGEST_SHARE = 0.5
 
 
-class Complementary(SnapshotOfArrays, Estimator):
+class Complementary(CompiledEstimator):
     """State by integration of the IMU at its rate, corrected by the first measured pose, else by forward kinematics.
 
     The attitude is that of the passive complementary filter with bias of Mahony, Hamel and Pflimlin, Nonlinear
@@ -69,20 +70,8 @@ class Complementary(SnapshotOfArrays, Estimator):
                 f"period of {period:g} s of sensor '{self._corrector.title}', got {gains['bias_gain']:g}"
             )
         self._gains, self._gravity = np.array(list(gains.values())), np.array(gravity, dtype=np.float64)
-        self._memory, self._start = np.zeros(18), np.zeros(13)
+        self._memory = np.zeros(18)
         self.arrays = (self._memory, *(self._fit.arrays if self._fit else ()))
-        self._own: tuple[Array, list[Any]] | None = None
-
-    def connect(self, inputs: EstimatorInputs) -> None:
-        """Begin at the assumed initial state."""
-        self._start = inputs.start
-
-    def estimate(self, time: float, out: Array) -> None:
-        """Write the state (13,)."""
-        if self._own is None or self._own[0] is not out:
-            self._own = out, self.compiled(out)
-        for operation in self._own[1]:
-            operation(time)
 
     def compiled(self, out: Array) -> list[Any]:
         """Return the fit of the pose, if it is not measured, and the filter."""

@@ -15,7 +15,8 @@ from conftest import ROOT
 from log_cases import make_header, make_rows, same_bits, write_log
 
 import cdpr
-from cdpr.base.columns import CABLES, FIRST, GROUPS, TOPICS, UNCERTAINTY, WINCHED, Column, known_columns
+from cdpr.base.column import CABLES, Column
+from cdpr.base.columns import FIRST, GROUPS, TOPICS, UNCERTAINTY, WINCHED, known_columns
 from cdpr.base.errors import LogError, PluginError
 from cdpr.base.lazy import LATE, late
 from cdpr.log.export import column_names, export

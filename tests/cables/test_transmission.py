@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from log_cases import same_bits
+from plants import installed
 
 import cdpr
 from cdpr.base.errors import CdprError, ScenarioError, SimulationStopped
@@ -155,9 +156,8 @@ def test_the_radius_of_a_servo_grows_and_its_unwound_lengths_do_not_change():
     np.testing.assert_allclose(grown["motor_torque"][-1], torque, rtol=1e-3)
 
 
-@pytest.mark.parametrize("backend", ["mujoco", "bullet", "dart"])
+@pytest.mark.parametrize("backend", installed("mujoco", "bullet", "dart"))
 def test_engines_agree_with_the_reference(backend):
-    pytest.importorskip({"mujoco": "mujoco", "bullet": "pybullet", "dart": "dartpy"}[backend])
     euler = {"backend_options.reference.scheme": "semi_implicit_euler", "simulation.duration": 0.5}
     scenario = camera(winch=DRUM | GROWN | {"efficiency": 0.8}, **euler)
     ours, theirs = (cdpr.simulate(scenario, backend=each) for each in ("reference", backend))

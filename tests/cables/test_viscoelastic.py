@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from plants import installed
 from scipy.integrate import quad, solve_ivp
 from test_part_equations import CLOSE, HARDLY, POSES, STEP, M, Sample
 
@@ -176,10 +177,9 @@ def test_a_loaded_mass_against_an_adaptive_integration(kind):
     np.testing.assert_allclose(run.position[1::25, 2], truth, rtol=0.0, atol=EXACT[kind])
 
 
-@pytest.mark.parametrize("backend", ["mujoco", "bullet", "dart"])
+@pytest.mark.parametrize("backend", installed("mujoco", "bullet", "dart"))
 @pytest.mark.slow
 def test_engines_are_of_first_order(backend):
-    pytest.importorskip({"mujoco": "mujoco", "bullet": "pybullet", "dart": "dartpy"}[backend])
     for step in (1e-3, 5e-4):
         run = hanging(backend=backend, step=step, **HYSTERESIS)
         truth = way_of_mass(run.time[1::25], hysteresis=HYSTERESIS)

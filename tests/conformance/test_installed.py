@@ -14,8 +14,9 @@ from command_line import cdpr_here
 from pydantic import ValidationError
 from spread import sampled
 
-from cdpr.plugins import Controller, TensionSolver
+from cdpr.plugins import Controller, Estimator, SnapshotOfArrays, TensionSolver
 from cdpr.plugins.registry import OWN_DISTRIBUTION, ROLES, registry
+from cdpr.sensing import SENSORS
 from cdpr.tension import Status
 from cdpr.testing import check_factory, plugin_checks, solver_answers
 from cdpr.testing.check import Check
@@ -202,3 +203,21 @@ def test_plugins_that_require_options_report_it():
 def test_unknown_names_are_reported_as_everywhere():
     done = cdpr_here("check", "backend", "mujuco", code=3)
     assert "did you mean 'mujoco'?" in done.stderr
+
+
+class Start(SnapshotOfArrays, Estimator):
+    """It stays at the start, and uses no measurement."""
+
+    arrays = ()
+
+    def connect(self, inputs):
+        self.start = inputs.start
+
+    def estimate(self, time, out):
+        out[:] = self.start
+
+
+@pytest.mark.parametrize("sensor", sorted(set(SENSORS) - {"camera"}))
+def test_estimators_may_declare_any_sensor(sensor):
+    (result,) = check_factory("estimator", Start, properties={"sensors": (sensor,)}, only=["estimate_is_complete"])
+    assert result.outcome == "passed", result.detail

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import GRAVITY, ROOT, random_state
+from plants import installed
 from restarts import assert_restarts_give
 
 import cdpr
@@ -204,7 +205,7 @@ def test_without_excitation_the_height_of_the_centre_is_not_found_but_the_error_
     assert abs(run["estimated_center"][-1, 2] - truth[3] / truth[0]) > 0.01
 
 
-@pytest.mark.parametrize("backend", ["reference", "mujoco"])
+@pytest.mark.parametrize("backend", installed("reference", "mujoco"))
 def test_snapshots_resets_and_rollouts_have_the_same_bits(backend):
     overrides = {"simulation.duration": 0.05, "controller.type": "adaptive", "believed.platform.mass": 130.0}
     overrides |= {"simulation.backend": backend}

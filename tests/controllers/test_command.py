@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 import pytest
 from conftest import GRAVITY, ROOT, crossed_box, make_robot, random_state
+from plants import installed
 
 import cdpr
 from cdpr.base.errors import CdprError, Diverged, Infeasible, LimitViolation, PluginError
@@ -204,7 +205,7 @@ def test_the_integral_stays_within_its_limit_and_reset_clears_it():
     np.testing.assert_array_equal(law(robot, UP, HIGHER, controller), first)
 
 
-@pytest.mark.parametrize("backend", ["reference", "mujoco"])
+@pytest.mark.parametrize("backend", installed("reference", "mujoco"))
 def test_it_follows_caroca(backend):
     """Within 8 mm and 6 mrad on the way (measured 5.4 and 4.6; no acceleration is fed forward), then closing in."""
     run = cdpr.simulate(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import GRAVITY, ROOT, random_state
+from plants import installed
 from restarts import assert_restarts_give
 
 import cdpr
@@ -114,7 +115,7 @@ def test_the_error_under_a_wrong_mass_is_bounded():
     assert error.max() <= HELD * disturbance / (SLOPE * GAIN / LAYER)
 
 
-@pytest.mark.parametrize("backend", ["reference", "mujoco"])
+@pytest.mark.parametrize("backend", installed("reference", "mujoco"))
 def test_snapshots_resets_and_rollouts_have_the_same_bits(backend):
     overrides = {"simulation.duration": 0.05, "controller.type": "sliding_mode", "initial.position": [0.0, 0.2, 1.2]}
     overrides |= {"simulation.backend": backend}

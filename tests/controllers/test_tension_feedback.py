@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import ROOT
+from plants import installed
 from restarts import assert_restarts_give
 
 import cdpr
@@ -60,7 +61,7 @@ def test_the_log_follows_the_law():
     np.testing.assert_allclose(W @ run["distributed_tension"][-1], run.wrench[-1], atol=1e-6)
 
 
-@pytest.mark.parametrize("backend", ["reference", "mujoco"])
+@pytest.mark.parametrize("backend", installed("reference", "mujoco"))
 @pytest.mark.parametrize("name", list(TWENTY_PERCENT))
 def test_it_halves_the_error_of_the_wrench_under_friction(name, backend):
     """Cables lose up to 20 % of their tension on the pulleys."""
@@ -91,7 +92,7 @@ def test_exact_cells_on_ideal_cables_change_nothing_at_rest():
     np.testing.assert_allclose(run.tension, plain.tension, atol=ROUND_OFF)
 
 
-@pytest.mark.parametrize("backend", ["reference", "bullet"])
+@pytest.mark.parametrize("backend", installed("reference", "bullet"))
 def test_snapshots_and_resets_contain_the_integrals(backend):
     overrides = {"controller": FEEDBACK, "sensors": NOISY, **PULLEY, "simulation.duration": 0.05}
     overrides |= {"simulation.backend": backend}

@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 from conftest import ROOT
+from plants import installed
 from spread import sampled
 
 import cdpr
@@ -90,7 +91,7 @@ FAULTS = {
 }
 
 
-@sampled(1, "backend", ["reference", "mujoco"])
+@sampled(1, "backend", installed("reference", "mujoco"))
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.__name__)
 def test_each_fault_is_found_in_its_own_step(backend, fault):
     scenario = cdpr.load_scenario(
@@ -129,7 +130,7 @@ def test_a_cable_without_length_is_found():
     assert FAULT_TEXTS[fault] == "a cable has no length"
 
 
-@pytest.mark.parametrize("backend", ["reference", "mujoco"])
+@pytest.mark.parametrize("backend", installed("reference", "mujoco"))
 def test_long_control_periods_of_a_swinging_platform_raise_no_alarm(backend):
     """Motion that goes to and fro within a control period, as pretension makes it."""
     run = cdpr.simulate(
@@ -151,7 +152,7 @@ def test_long_control_periods_of_a_swinging_platform_raise_no_alarm(backend):
 def test_sound_runs_raise_no_alarm():
     """Fast spins and throws, with long control periods: far from any limit of the guards."""
     for step in (1e-3, 1e-2):
-        for backend in ("reference", "mujoco"):
+        for backend in installed("reference", "mujoco"):
             run = cdpr.simulate(
                 CAROCA,
                 backend=backend,
@@ -183,10 +184,9 @@ def test_a_diverged_run_is_kept_and_reported(tmp_path):
     np.testing.assert_array_equal(loaded.rows, run.rows)
 
 
-@pytest.mark.parametrize("backend", ["reference", "mujoco", "bullet", "dart"])
+@pytest.mark.parametrize("backend", installed("reference", "mujoco", "bullet", "dart"))
 def test_a_slack_robot_that_swings_about_what_holds_it_raises_no_alarm(backend):
     """No cable pulls, the centre of mass lies off the ball: weight alone turns the table, through the ball's force."""
-    pytest.importorskip({"bullet": "pybullet", "dart": "dartpy", "reference": "numpy"}.get(backend, backend))
     knock = {"type": "wrench", "time": 0.031, "duration": 0.003, "moment": [0.16, 0.64, -1.62]}
     run = cdpr.simulate(
         ROOT / "scenarios" / "spherical.yaml",

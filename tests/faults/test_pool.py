@@ -12,6 +12,7 @@ import time
 import numpy as np
 import pytest
 from conftest import FAULTY, ROOT
+from plants import installed
 
 import cdpr
 from cdpr.analysis.jobs import forks, pool
@@ -96,9 +97,6 @@ def test_every_kind_of_end(monkeypatch):
 
 def test_a_case_is_the_run_of_this_process(tmp_path):
     """To the bit, on every engine, although workers use one thread, and whatever the worker ran before."""
-    pytest.importorskip("mujoco")
-    pytest.importorskip("pybullet")
-    pytest.importorskip("dartpy")
     cases = [
         Case(
             f"{backend}-{kp}",
@@ -106,7 +104,7 @@ def test_a_case_is_the_run_of_this_process(tmp_path):
             {"simulation.backend": backend, "controller.kp": kp, **SHORT},
             str(tmp_path / f"{backend}-{kp}"),
         )
-        for backend in ("reference", "mujoco", "bullet", "dart")
+        for backend in installed("reference", "mujoco", "bullet", "dart")
         for kp in (100.0, 200.0)
     ]
     for one, outcome in zip(cases, run_cases(cases, jobs=1, timeout=None), strict=True):

@@ -7,6 +7,7 @@ from dataclasses import replace
 import fmpy
 import numpy as np
 import pytest
+from fmpy.validation import validate_fmu
 from fmu.cases import plant_of, write
 from fmu.driver import Driver
 
@@ -122,7 +123,9 @@ def test_gains_of_an_inner_loop_are_parameters(tmp_path):
 
 def test_measurements_and_estimates_are_outputs_with_units(tmp_path):
     plant = exported(scenario("winches"))
-    described = fmpy.read_model_description(str(write(plant, 3, tmp_path)))
+    path = str(write(plant, 3, tmp_path))
+    assert validate_fmu(path) == []
+    described = fmpy.read_model_description(path)
     about = {each.name: each for each in described.modelVariables}
     units = {
         "estimated_position": "m",
@@ -167,6 +170,12 @@ def test_an_estimator_of_a_plugin_without_kernels_is_rejected():
 def test_other_exports_report_sensors_and_estimator_once(use):
     lines = [line.split(":")[0] for line in omitted(scenario("kinematics"), use)]
     assert [line for line in lines if "sensor" in line or "estimat" in line] == ["sensors", "estimator"]
+
+
+def test_a_sensor_with_the_name_of_a_variable_is_rejected():
+    plant = exported(scenario("lengths", sensors=[{**ENCODERS, "name": "cable"}]))
+    with pytest.raises(CdprError, match="column 'cable_length' has the name of another variable"):
+        plant.variables()
 
 
 def test_sensors_of_winches_need_the_winches():

@@ -6,16 +6,8 @@ import numpy as np
 import pytest
 
 import cdpr
-from cdpr.base.columns import (
-    ELECTRICAL,
-    INNOVATION,
-    MOTORS,
-    NEED_NOT_BE_FINITE,
-    NOMINAL_COLUMNS,
-    STEPPERS,
-    UNCERTAINTY,
-    Column,
-)
+from cdpr.base.column import Column
+from cdpr.base.columns import ELECTRICAL, INNOVATION, MOTORS, NEED_NOT_BE_FINITE, NOMINAL_COLUMNS, STEPPERS, UNCERTAINTY
 from cdpr.base.errors import Diverged, ExitCode
 from cdpr.log.finite import Finite
 from cdpr.log.layout import Layout

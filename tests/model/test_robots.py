@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import ROOT
+from plants import installed
 
 from cdpr import load_scenario, simulate
 from cdpr.mechanics.dynamics import required_wrench
@@ -18,11 +19,9 @@ ROBOTS = sorted((ROOT / "scenarios" / "robots").glob("*.yaml"))
 NAMES = ("cogiro", "ipanema_1", "planar", "point_mass", "planar_point_mass", "carriage", "spherical")
 
 
-@pytest.mark.parametrize("backend", ["reference", "mujoco"])
+@pytest.mark.parametrize("backend", installed("reference", "mujoco"))
 @pytest.mark.parametrize("name", NAMES)
 def test_each_follows_its_trajectory_within_its_limits(name, backend):
-    if backend != "reference":
-        pytest.importorskip(backend)
     summary = simulate(ROOT / "scenarios" / f"{name}.yaml", backend=backend, overrides={"events": []}).summary()
     assert summary["status"] == "finished"
     assert summary["infeasible_steps"] == 0
@@ -82,11 +81,9 @@ trajectory: {{type: quintic, duration: 0.4, to: {{position: [0.05, 0, 0.6]}}}}
 """
 
 
-@pytest.mark.parametrize("backend", ["reference", "mujoco"])
+@pytest.mark.parametrize("backend", installed("reference", "mujoco"))
 @pytest.mark.parametrize("case", COUNTS)
 def test_every_number_of_cables_runs(case, backend):
-    if backend != "reference":
-        pytest.importorskip(backend)
     run = simulate(load_scenario("plane.yaml", text=plane(COUNTS[case])), backend=backend)
     assert run.status == "finished"
     if case == "m < n":  # one cable cannot pull sideways: the run continues with best effort, and reports it
@@ -113,10 +110,8 @@ trajectory: {type: quintic, duration: 1.5, to: {position: [0.3, 0.2, 1.2]}}
 """
 
 
-@pytest.mark.parametrize("backend", ["reference", "mujoco"])
+@pytest.mark.parametrize("backend", installed("reference", "mujoco"))
 def test_a_free_platform_on_four_cables_swings_and_is_still_led(backend):
-    if backend != "reference":
-        pytest.importorskip(backend)
     run = simulate(load_scenario("hanging.yaml", text=HANGING), backend=backend)
     assert run.status == "finished"
     assert run.summary()["infeasible_steps"] > 1000

@@ -135,7 +135,7 @@ from typing import ClassVar, Literal
 import numpy as np
 from pydantic import Field
 
-from cdpr.base.columns import WORLD
+from cdpr.base.column import WORLD
 from cdpr.base.needs import Needs, of_sensor
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind

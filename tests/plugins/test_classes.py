@@ -241,7 +241,7 @@ def test_a_worker_uses_the_file_as_it_was(used):
 def test_a_file_that_only_adds_a_part_to_the_loop(file, monkeypatch):
     monkeypatch.setattr(loop_parts, "LOOP_PARTS", list(loop_parts.LOOP_PARTS))
     file.write_text(
-        "from cdpr.base.columns import Column\nfrom cdpr.simulation.loop_part import LoopPart\n"
+        "from cdpr.base.column import Column\nfrom cdpr.simulation.loop_part import LoopPart\n"
         "from cdpr.simulation import loop_parts\nclass Count(LoopPart):\n    name = 'count'\n"
         "loop_parts.LOOP_PARTS.append(lambda scenario: Count())\n"
     )

@@ -30,6 +30,7 @@ from lagged_winch import (
     steps_of_lags,
 )
 from native_compiler import build_library
+from plants import installed
 from scipy.integrate import solve_ivp
 from winch_oracle import Oracle
 
@@ -125,7 +126,7 @@ def test_a_winch_with_states_of_its_own(tree):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("engine", ["mujoco", "bullet", "dart"])
+@pytest.mark.parametrize("engine", installed("mujoco", "bullet", "dart"))
 def test_engines_with_states_of_winches(tree, engine):
     """They agree with the reference in their scheme to round-off."""
     expected, found = with_lags(tree, ("reference", EULER, 1e-3), (engine, {}, 1e-3))

@@ -13,6 +13,7 @@ import pytest
 import scenario_files
 import teaching
 import teaching_controllers
+import teaching_vision
 import thesis
 import works_where
 import yaml
@@ -315,6 +316,12 @@ class TestCommandsOfTheTeachingPageGiveItsTables:
         told = [1e3 * said["position_error_m"][name] for name in ("max", "final")]
         assert told == pytest.approx([stored["largest_mm"], stored["end_mm"]], rel=SAME)
 
+    def test_vision(self, tmp_path):
+        said = command_of("vision", tmp_path, "--no-report")
+        stored = self.STORED["vision"]["visual_servo"]["mass"]
+        told = [1e3 * said["position_error_m"][name] for name in ("max", "final")]
+        assert told == pytest.approx([stored["largest_mm"], stored["end_mm"]], rel=SAME)
+
     @pytest.mark.slow  # engines in processes of their own
     def test_steps(self, tmp_path):
         (engine,) = command_of("steps", tmp_path)["groups"][0]["engines"]
@@ -352,6 +359,28 @@ def test_controllers_of_the_teaching_page_come_out_the_same(name, case):
     error = teaching_controllers.errors(teaching.simulate("caroca.yaml", teaching_controllers.changes_of(name, case)))
     stored = teaching.results()["controllers"][name][case]
     assert error.max() == pytest.approx(stored["largest_mm"], rel=SAME)
+
+
+def test_text_of_the_teaching_page_on_the_camera_matches_its_table():
+    plain, vision = (teaching.results()["vision"][name] for name in teaching_vision.SENSORS)
+    assert vision["delay"]["largest_mm"] < 1.1 * vision["exact"]["largest_mm"] < 0.1 * plain["delay"]["largest_mm"]
+    assert vision["delay_ms"] > plain["delay_ms"]
+    assert vision["change_N"]["noise"] < 0.5 * plain["change_N"]["noise"]
+    assert vision["noise"]["largest_mm"] > 10.0 * plain["noise"]["largest_mm"]
+    assert vision["mass"]["end_mm"] == pytest.approx(100.0 / 25.0 * plain["mass"]["end_mm"], rel=0.01)
+    assert vision["friction"]["end_mm"] > plain["friction"]["end_mm"]
+
+
+@pytest.mark.parametrize("case", list(teaching_controllers.CASES))
+@pytest.mark.parametrize("name", list(teaching_vision.SENSORS))
+@pytest.mark.usual("visual_servo-noise", "computed_torque-delay")
+def test_the_camera_of_the_teaching_page_comes_out_the_same(name, case):
+    """All markers stay in the image."""
+    run = teaching.simulate(teaching_vision.SCENARIO, teaching_vision.changes_of(name, case))
+    stored = teaching.results()["vision"][name][case]
+    assert teaching_controllers.errors(run).max() == pytest.approx(stored["largest_mm"], rel=SAME)
+    if name == "visual_servo":
+        assert run["camera_seen"].all()
 
 
 @pytest.mark.skipif(len(installed(*teaching.BACKENDS)) < len(teaching.BACKENDS), reason="an engine is not installed")

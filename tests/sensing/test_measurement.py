@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 
 import cdpr
 from cdpr.native.random_numbers import Stream, normal_numbers, uniform_numbers
-from cdpr.sensing import Encoders, Imu, Pose, Receiver, Tension
+from cdpr.sensing import Encoders, Imu, Pose, Receiver, Scan, Tension
 from cdpr.sensing.measurement import measurements
 
 STEP = 0.001  # s
@@ -57,6 +57,16 @@ def test_gain_bias_and_resolution_act_in_this_order():
     sensor = Receiver(position={"gain": 1.1, "bias": 0.25, "resolution": 0.125})
     measured, _ = measurements(sensor, truth, STEP)
     assert np.array_equal(measured, 0.125 * np.rint((1.1 * truth + 0.25) / 0.125))
+
+
+def test_rays_without_an_obstacle_have_no_errors():
+    """Else half of them would end at an obstacle just within reach. Other rays have the same noise."""
+    truth = np.tile([2.0, 4.0, 3.0], (200, 1))
+    errors = {"noise": 0.1, "bias": -0.3, "gain": 1.01, "drift": 1.0}
+    near, far = (measurements(Scan(rays=3, reach=reach, distance=errors), truth, STEP)[0] for reach in (4.0, 5.0))
+    assert np.array_equal(near[:, 1], truth[:, 1])
+    assert np.array_equal(near[:, [0, 2]], far[:, [0, 2]])
+    assert np.abs(far[:, 1] - 4.0).min() > 0.0
 
 
 def test_the_noise_is_the_stream_of_seed_and_name():

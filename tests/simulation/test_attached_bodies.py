@@ -8,6 +8,7 @@ from importlib import import_module
 import numpy as np
 import pytest
 from compare_cases import ENGINES
+from plants import installed
 
 import cdpr
 from cdpr.base.errors import CdprError, PluginError, ScenarioError
@@ -76,7 +77,7 @@ def test_snapshots_before_and_after_each_change(name, backend):
             assert np.array_equal(simulation.rows()[:390], rows[:390]), k
 
 
-@pytest.mark.parametrize("backend", ["reference", "mujoco"])
+@pytest.mark.parametrize("backend", installed("reference", "mujoco"))
 def test_a_reset_and_a_second_simulation_give_the_same_bits(backend):
     given = {"simulation.duration": 0.3, "events": [TAKEN, SECOND], "simulation.backend": backend}
     with cdpr.Simulation("caroca", overrides=given) as simulation:

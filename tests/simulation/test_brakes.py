@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from command_line import cdpr_here
 from log_cases import same_bits
+from plants import installed
 from scipy.integrate import solve_ivp
 
 import cdpr
@@ -98,7 +99,7 @@ def test_drives_apply_commands_of_winches_without_power():
     assert not run.motor_power[260:].any()
 
 
-@pytest.mark.parametrize("backend", ["reference", "mujoco"])
+@pytest.mark.parametrize("backend", installed("reference", "mujoco"))
 def test_a_brake_of_any_strength_only_stops(backend):
     """It turns no drum back, in no stage of a step, so all strong brakes end in the same place."""
     ends = []
@@ -155,9 +156,8 @@ def test_brakes_of_torque_winches():
     assert same_bits(without.position, cdpr.simulate(hoist(TORQUE, {"category": 2})).position)
 
 
-@pytest.mark.parametrize("backend", ["mujoco", "bullet", "dart"])
+@pytest.mark.parametrize("backend", installed("mujoco", "bullet", "dart"))
 def test_engines_agree_with_the_reference(backend):
-    pytest.importorskip({"mujoco": "mujoco", "bullet": "pybullet", "dart": "dartpy"}[backend])
     scenario = hoist(SERVO | BRAKE, {"category": 0}, **{"backend_options.reference.scheme": "semi_implicit_euler"})
     ours, theirs = (cdpr.simulate(scenario, backend=each) for each in ("reference", backend))
     assert np.abs(ours.position - theirs.position).max() < 1e-10

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from conftest import ROOT
 from log_cases import same_bits
+from plants import installed
 from restarts import assert_restarts_give
 
 import cdpr
@@ -154,9 +155,8 @@ def test_energy_is_balanced():
     assert np.abs(run.energy_residual).max() < 1e-9
 
 
-@pytest.mark.parametrize("backend", ["mujoco", "bullet", "dart"])
+@pytest.mark.parametrize("backend", installed("mujoco", "bullet", "dart"))
 def test_engines_agree_with_the_reference(backend):
-    pytest.importorskip({"bullet": "pybullet", "dart": "dartpy"}.get(backend, backend))
     changes = {**SHORT, "drives": TENSIONS["all"], "backend_options.reference.scheme": "semi_implicit_euler"}
     ours, theirs = (cdpr.simulate(CAROCA, backend=each, overrides=changes) for each in ("reference", backend))
     assert np.abs(ours.position - theirs.position).max() < 1e-11

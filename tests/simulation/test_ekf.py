@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from conftest import ROOT
 from filtered_robots import GRAVITY, STEP, errors
+from plants import installed
 from restarts import assert_restarts_give
 
 import cdpr
@@ -67,7 +68,7 @@ def test_restarts_repeat_the_filter():
     assert_restarts_give(cdpr.simulate(scenario).rows.tobytes(), scenario, {})
 
 
-@pytest.mark.parametrize("backend", ["reference", "mujoco"])
+@pytest.mark.parametrize("backend", installed("reference", "mujoco"))
 def test_the_estimate_depends_on_measurements_and_commands_alone(backend):
     """A filter outside of the loop has the same bits from what the log contains."""
     pose = {"type": "pose", "delay": 0.004, "jitter": 0.002, "period": 0.003, "position": {"noise": 1e-3}}

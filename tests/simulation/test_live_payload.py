@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from plants import installed
 
 import cdpr
 from cdpr.base.errors import CdprError, PluginError
@@ -32,7 +33,7 @@ def session(tmp_path, events=(), **overrides):
     return run, cdpr.simulate(tmp_path / "session.yaml")
 
 
-@pytest.mark.parametrize("backend", ["reference", "mujoco"])
+@pytest.mark.parametrize("backend", installed("reference", "mujoco"))
 def test_the_saved_session_repeats_the_run(tmp_path, backend):
     run, again = session(tmp_path, **{"simulation.backend": backend})
     assert [(event.kind, event.time, event.until) for event in run.events] == [

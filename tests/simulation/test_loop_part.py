@@ -8,7 +8,8 @@ from conftest import ROOT
 from restarts import assert_restarts_give
 
 import cdpr
-from cdpr.base.columns import GROUPS, Column, ColumnGroup, known_columns
+from cdpr.base.column import Column
+from cdpr.base.columns import GROUPS, ColumnGroup, known_columns
 from cdpr.base.errors import CdprError
 from cdpr.native.random_numbers import Stream
 from cdpr.simulation import loop_parts

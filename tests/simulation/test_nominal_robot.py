@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from command_line import cdpr_here
 from conftest import ROOT
+from plants import installed
 
 import cdpr
 from cdpr.analysis.compare.finished import compare_finished
@@ -195,9 +196,8 @@ def test_a_branch_continues_to_the_bit(controller):
         assert sim.run().rows.tobytes() == whole.rows.tobytes()
 
 
-@pytest.mark.parametrize("backend", ["mujoco", "bullet", "dart"])
+@pytest.mark.parametrize("backend", installed("mujoco", "bullet", "dart"))
 def test_every_engine_moves_the_true_robot(backend):
-    pytest.importorskip({"bullet": "pybullet", "dart": "dartpy"}.get(backend, backend))
     changes = {**SHORT, "backend_options.reference.scheme": "semi_implicit_euler"}
     ours = cdpr.simulate(BELIEVED, overrides=changes)
     run = cdpr.simulate(BELIEVED, backend=backend, overrides=SHORT)

@@ -9,7 +9,7 @@ from conftest import ROOT
 from restarts import assert_restarts_give
 
 import cdpr
-from cdpr.base.columns import Column
+from cdpr.base.column import Column
 from cdpr.native.bind import bind
 from cdpr.native.random_numbers import Stream, normal_numbers
 from cdpr.simulation import loop_parts

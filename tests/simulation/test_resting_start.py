@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from command_line import cdpr_here
 from conftest import ROOT
+from plants import installed
 from scipy.optimize import brentq
 
 import cdpr
@@ -18,7 +19,7 @@ from cdpr.simulation.far_start import start_problems
 SCENARIOS = ROOT / "scenarios"
 HELD = {"initial.equilibrium": True, "trajectory": {"type": "hold"}, "simulation.duration": 1.0}
 STILL = 1e-11  # m: round-off of cables of some metres, over a thousand steps
-ENGINES = ["reference", "mujoco", "bullet", "dart"]
+ENGINES = installed("reference", "mujoco", "bullet", "dart")
 LENGTHS = {"type": "inverse_kinematics"}
 STEPPER = {"type": "stepper", "steps_per_turn": 200, "drum_radius": 0.01, "stall_torque": 2.0}
 
@@ -35,8 +36,6 @@ def moved(run):
 @pytest.mark.parametrize("scenario", ["hangprinter.yaml", "camera_robot.yaml"])
 def test_the_first_second_is_at_rest(scenario, backend):
     """With pretension 0, the lines are slack at the initial pose."""
-    if backend != "reference":
-        pytest.importorskip({"bullet": "pybullet", "dart": "dartpy"}.get(backend, backend))
     run = held(scenario, backend, controller=LENGTHS)
     assert moved(run) < STILL
     assert "start" not in {event.kind for event in run.events}
@@ -136,13 +135,6 @@ def test_validate_names_the_key(tmp_path):
     done = cdpr_here("validate", "s.yaml", code=2, cwd=tmp_path)
     line = text.splitlines().index("  equilibrium: true") + 1
     assert f"s.yaml:{line}:16: initial.equilibrium: the first commands" in done.stderr
-
-
-def test_exports_of_plants_reject_it(tmp_path):
-    changes = ["--set", "initial.equilibrium=true"]
-    done = cdpr_here("fmu", "export", "hangprinter", *changes, "-o", "h.fmu", code=2, cwd=tmp_path)
-    assert "initial.equilibrium" in done.stderr
-    assert "an exported start is the given pose" in done.stderr
 
 
 def test_a_payload_from_the_start_belongs_to_the_rest():

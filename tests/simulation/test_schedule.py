@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import ROOT
+from plants import installed
 
 import cdpr
 from cdpr.simulation.build import build
@@ -70,10 +71,9 @@ def test_the_same_twice_in_one_loop_and_in_two():
     assert rows[0].tobytes() == rows[1].tobytes() == cdpr.simulate(scenario).rows.tobytes()
 
 
-@pytest.mark.parametrize("backend", ["reference", "mujoco", "bullet", "dart"])
+@pytest.mark.parametrize("backend", installed("reference", "mujoco", "bullet", "dart"))
 def test_a_wrench_accelerates_the_platform(backend):
     """It holds still; one step of a force changes its velocity by F / m times the step, of a moment by M / I."""
-    pytest.importorskip({"bullet": "pybullet", "dart": "dartpy"}.get(backend, "numpy"))
     still = run(backend=backend)
     pushed = run({"type": "wrench", "time": 0.0195, "force": [300, 0, -60], "moment": [0, 0, 45]}, backend=backend)
     np.testing.assert_array_equal(np.flatnonzero(pushed.external.any(axis=1)), np.arange(20, 101))
@@ -311,11 +311,10 @@ def test_real_time_and_the_record_on_disk(tmp_path):
     assert cdpr.simulate(cdpr.load_scenario("again.yaml", text=text)).rows.tobytes() == written.rows.tobytes()
 
 
-@pytest.mark.parametrize("backend", ["reference", "mujoco", "bullet", "dart"])
+@pytest.mark.parametrize("backend", installed("reference", "mujoco", "bullet", "dart"))
 @pytest.mark.usual("reference", "mujoco")
 def test_the_scenarios_run_on_every_backend(backend):
     """Their comments are correct."""
-    pytest.importorskip({"bullet": "pybullet", "dart": "dartpy"}.get(backend, "numpy"))
     broken = cdpr.simulate(ROOT / "scenarios" / "cable_break.yaml", backend=backend)
     assert np.all(broken.tension[1000:, 1] == 0.0)
     assert not broken.solver_status.any()

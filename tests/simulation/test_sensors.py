@@ -158,7 +158,7 @@ def test_encoders_of_length_winches_measure_unstretched_lengths(name, backend):
     assert np.array_equal(sensed["encoders_length"][0], sensed.length[0])
 
 
-@pytest.mark.parametrize("backend", ["reference", "mujoco"])
+@pytest.mark.parametrize("backend", installed("reference", "mujoco"))
 def test_encoders_of_drums_measure_what_they_have_paid_out(backend):
     sensed = run([{"type": "encoders"}], str(SCENARIOS / "winch.yaml"), **{"simulation.backend": backend})
     robot = cdpr.load_scenario(str(SCENARIOS / "winch.yaml")).robot

@@ -8,6 +8,7 @@ import sys
 import numpy as np
 import pytest
 from conftest import ROOT
+from plants import installed
 
 import cdpr
 from cdpr.base.errors import ExitCode
@@ -23,11 +24,7 @@ EVENTS = [
     {"type": "limits", "time": 0.03, "max": 900},
 ]
 BUSY = {**SHORT, "events": EVENTS}
-ENGINES = ["reference", "mujoco", "bullet", "dart"]
-
-
-def installed(backend):
-    pytest.importorskip({"bullet": "pybullet", "dart": "dartpy", "reference": "numpy"}.get(backend, backend))
+ENGINES = installed("reference", "mujoco", "bullet", "dart")
 
 
 @pytest.mark.parametrize("controller", ["computed_torque", "static", "pid", "cable_length"])
@@ -46,7 +43,6 @@ def test_rows_are_those_of_simulate(controller):
 @pytest.mark.core
 @pytest.mark.parametrize("backend", ENGINES)
 def test_a_branch_continues_to_the_bit(backend):
-    installed(backend)
     whole = cdpr.simulate(CAROCA, backend=backend, overrides=BUSY)
     with cdpr.Simulation(CAROCA, backend=backend, overrides=BUSY) as sim:
         sim.step(15)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from log_cases import same_bits
+from plants import installed
 
 import cdpr
 from cdpr.analysis.distribution.describe import describe_robot, winch_figures
@@ -189,10 +190,9 @@ def test_snapshots_rollouts_and_files_repeat_the_run(winch, tmp_path):
     assert cdpr.load_run(tmp_path / "run").summary()["lost_steps"] == run.summary()["lost_steps"]
 
 
-@pytest.mark.parametrize("backend", ["mujoco", "bullet", "dart"])
+@pytest.mark.parametrize("backend", installed("mujoco", "bullet", "dart"))
 @pytest.mark.parametrize("winch", [STEPPER, MOTOR], ids=["ideal", "rotor"])
 def test_engines_agree_with_the_reference(backend, winch):
-    pytest.importorskip({"mujoco": "mujoco", "bullet": "pybullet", "dart": "dartpy"}[backend])
     about = {"simulation.duration": 0.5, "backend_options.reference.scheme": "semi_implicit_euler"}
     ours, theirs = (cdpr.simulate(camera(winch, **about), backend=each) for each in ("reference", backend))
     assert np.abs(ours.position - theirs.position).max() < 1e-11

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from plants import installed
 
 import cdpr
 
@@ -10,7 +11,7 @@ SHORT = {"simulation.duration": 0.06}
 CENTER = [0.1, 0.05, -0.3]
 EARLY = {"type": "payload", "time": 0.01, "duration": 0.01, "mass": 4.0, "center": [0.0, 0.1, 0.2]}
 LATE = {**EARLY, "time": 0.02}
-BACKENDS = ["reference", "mujoco", "bullet", "dart"]
+BACKENDS = installed("reference", "mujoco", "bullet", "dart")
 
 
 def saved_run(sim, tmp_path):

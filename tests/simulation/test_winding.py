@@ -7,6 +7,7 @@ from itertools import product
 import numpy as np
 import pytest
 from log_cases import same_bits
+from plants import installed
 from scipy.optimize import least_squares
 
 import cdpr
@@ -84,10 +85,8 @@ def test_servos_with_higher_gains_approach_ideal_drives():
     assert (orders > 0.8).all(), apart
 
 
-@pytest.mark.parametrize("backend", ["mujoco", "bullet", "dart"])
+@pytest.mark.parametrize("backend", installed("mujoco", "bullet", "dart"))
 def test_engines_agree_with_the_reference(backend):
-    name = {"mujoco": "mujoco", "bullet": "pybullet", "dart": "dartpy"}[backend]
-    pytest.importorskip(name)
     scenario = camera(
         winch=SERVO, **{"simulation.duration": 1.0, "backend_options.reference.scheme": "semi_implicit_euler"}
     )

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 from conftest import ROOT
+from plants import installed
 from scipy.optimize import linprog
 from test_qp import margin, problem
 
@@ -193,7 +194,7 @@ def test_options_in_the_benchmark():
         assert text in answer.output + str(answer.exception)
 
 
-@pytest.mark.parametrize("engine", ["mujoco", "bullet", "dart"])
+@pytest.mark.parametrize("engine", installed("mujoco", "bullet", "dart"))
 @pytest.mark.usual("mujoco")
 def test_legs_have_mass_and_damping_on_request(engine):
     """Both change the motion, their defaults do not; on massless cables both are refused."""

@@ -7,6 +7,7 @@ import dataclasses
 import numpy as np
 import yaml
 from conftest import ROOT
+from plants import installed
 from pydantic import ValidationError
 
 import cdpr
@@ -32,7 +33,7 @@ def usable(name):
 
 
 INSTALLED = {name for name in registry().names("backend") if usable(name)}
-ENGINES = [name for name in ("mujoco", "bullet", "dart") if name in INSTALLED]
+ENGINES = installed("mujoco", "bullet", "dart")
 
 # Different possible faults of engines: space, a plane, a point; mass off the origin; axes turned; pushes; a broken
 # cable; gains that forgive nothing.

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from conftest import ROOT
 
 from cdpr import Infeasible, LimitViolation, load_run, simulate
-from cdpr.base.columns import Column
+from cdpr.base.column import Column
 from cdpr.base.errors import ExitCode
 from cdpr.log.layout import Layout
 from cdpr.log.limit_violations import beyond

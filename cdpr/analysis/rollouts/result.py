@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from cdpr.analysis.jobs.cases import Outcome
 from cdpr.analysis.rollouts.figures import FIGURES
-from cdpr.base.columns import Column
+from cdpr.base.column import Column
 from cdpr.base.errors import OutputError, PluginError
 from cdpr.log.files import NAME_OR_FORCE_IN_PYTHON, make_folder, replacing, require_new
 from cdpr.model.robot import Array

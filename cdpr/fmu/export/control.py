@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
-from cdpr.base.columns import Column
+from cdpr.base.column import Column
+from cdpr.base.errors import CdprError
 from cdpr.base.units import known_unit
 from cdpr.fmu.export.variables import Variable, entrance, output, parameter
 from cdpr.fmu.export.winch_variables import prescribed
@@ -81,8 +82,19 @@ class Control:
         """Return True if sensors measure the winches of the plant, in arrays that the plant writes."""
         return any(self.pipeline.find(name) is not None for name in WINCH_SENSORS)
 
-    def outputs(self) -> list[Variable]:
-        """Return the outputs of sensors and estimator, in the units of a run's columns."""
+    def outputs(self, others: Sequence[Variable]) -> list[Variable]:
+        """Return the outputs of sensors and estimator, in the units of a run's columns.
+
+        Raises:
+            CdprError: if one has the name of another variable.
+        """
+        known = {each.name for each in others}
+        for column in self.columns:
+            if column.name in known:
+                raise CdprError(
+                    f"sensors: the column '{column.name}' has the name of another variable of the FMU: give its sensor "
+                    "another name"
+                )
         return [self._output(column) for column in self.columns]
 
     def _output(self, column: Column) -> Variable:

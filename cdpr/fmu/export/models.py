@@ -97,7 +97,7 @@ class Plant(Model):
         """Return all variables.
 
         Raises:
-            CdprError: if the robot has no winches to export.
+            CdprError: if the robot has no winches to export, or the controller uses sensors that the plant lacks.
         """
         if self.winches and immediate(self.robot):
             raise CdprError(
@@ -109,7 +109,7 @@ class Plant(Model):
                 "the controller uses sensors of the winches (encoders or load cells), which are not exported: add "
                 "--with-winch"
             )
-        return [
+        before = [
             *times(self.physics_step),
             *self._platform(),
             *(winch_parameters(self.robot) if self.winches else []),
@@ -118,10 +118,9 @@ class Plant(Model):
             *(self.control.inputs() if self.control else []),
             *self._inputs(),
             *self._outputs(),
-            *(self.control.outputs() if self.control else []),
-            *self._constants(),
-            *load_variables(self.loads),
         ]
+        after = [*self._constants(), *load_variables(self.loads)]
+        return [*before, *(self.control.outputs([*before, *after]) if self.control else []), *after]
 
     def sources(self) -> dict[str, bytes]:
         """Return the sources of the controller."""

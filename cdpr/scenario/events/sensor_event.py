@@ -14,6 +14,7 @@ from cdpr.log.event import Event
 from cdpr.scenario.events.event import Action, EventActions, ScenarioEvent, first_sample
 from cdpr.sensing import Sensor
 from cdpr.sensing.disturbance import Disturbance
+from cdpr.sensing.sensor import measuring
 
 
 class SensorEvent(ScenarioEvent):
@@ -33,12 +34,12 @@ class SensorEvent(ScenarioEvent):
             yield "sensor", f"unknown sensor '{self.sensor}': {known}"
             return
         sensor = sensors[names.index(self.sensor)]
-        if not sensor.quantities:  # a camera, which renders outside the loop
-            able = ", ".join(each.title for each in sensors if each.quantities) or "none of this scenario"
+        able = [each.title for each in measuring(sensors)]
+        if self.sensor not in able:
             yield (
                 "sensor",
                 f"sensor '{self.sensor}' of the type {sensor.type} measures nothing that an event can disturb: its "
-                f"images show the recorded states; allowed: {able}",
+                f"images show the recorded states; allowed: {', '.join(able) or 'none of this scenario'}",
             )
             return
         yield from self.check_one(sensor, cables)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import sys
+from collections import Counter
 from collections.abc import Iterator, Mapping
 from contextlib import AbstractContextManager, closing, contextmanager, nullcontext
 from functools import partial
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 LINKS = {"foxglove": ("cdpr.ui.live.foxglove:Foxglove", 8765), "ros2": ("cdpr.ui.live.ros2:Ros2", 7447)}
 TOKENS = "foxglove"  # link whose clients need a token
 FIRST = "caroca"  # default example
+INTERVALS = 3  # printed intervals of a kind, such as with slack cables
 
 
 @click.command("run")
@@ -270,8 +272,8 @@ def _print(run: Run, least: Mapping[str, Mapping[str, Any]], touch: str | None) 
         click.echo(f"  {line}")
     if touch:
         click.echo(f"  {'WARNING':<20}{touch}")
-    for event in run.events:
-        click.echo(f"  at {event.when} s: {event.text}")
+    for line in _events(run):
+        click.echo(f"  {line}")
     if run.unused:
         click.echo(f"  not used by this run: {', '.join(run.unused)}")
     click.echo(run.folder)
@@ -350,6 +352,21 @@ def _lines(run: Run, least: Mapping[str, Mapping[str, Any]]) -> Iterator[str]:
         yield f"{'WARNING':<20}{warning}"
     if "real_time_factor" in figures:
         yield f"{'real-time factor':<20}{figures['real_time_factor']:.4g}"
+
+
+def _events(run: Run) -> Iterator[str]:
+    """Yield the events; of many intervals of one kind, such as with slack cables, the first ones and their number."""
+    lasting = {event.kind for event in run.events if event.until is not None}
+    kinds: Counter[str] = Counter()
+    for event in run.events:
+        if event.kind in lasting:
+            kinds[event.kind] += 1
+        if kinds[event.kind] <= INTERVALS:
+            yield f"at {event.when} s: {event.text}"
+    for kind, count in kinds.items():
+        if more := max(0, count - INTERVALS):
+            intervals = f"interval{'s' * (more != 1)} of the kind {kind.replace('_', ' ')}"
+            yield f"and {more} more {intervals}: see run.json"
 
 
 def _cables(count: int) -> str:

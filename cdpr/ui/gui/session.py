@@ -26,6 +26,7 @@ from cdpr.scenario.events.faults import CableFault
 from cdpr.scenario.events.limits import TensionLimits
 from cdpr.scenario.events.loads import Wrench
 from cdpr.scenario.events.payload import Payload
+from cdpr.sensing.sensor import measuring
 from cdpr.simulation import Simulation
 from cdpr.simulation.events import MOST
 from cdpr.simulation.needs import require
@@ -163,7 +164,7 @@ class SimulationSession:
                 for cable in scenario.robot.cables
             ],
             "winches": self._winches(),
-            "sensors": [sensor.title for sensor in scenario.sections.sensors if sensor.quantities],
+            "sensors": [sensor.title for sensor in measuring(scenario.sections.sensors)],
             "limits": self._in_force(events),
             "backend": scenario.simulation.backend,
             "solver": scenario.solver.type,

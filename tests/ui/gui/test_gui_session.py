@@ -8,6 +8,7 @@ from threading import Event
 import pytest
 from conftest import ROOT
 from driver_cases import PATIENCE, running_driver, scenario, until, wait
+from plants import installed
 
 import cdpr
 from cdpr.scenario import load_scenario
@@ -61,10 +62,10 @@ def test_a_run_is_saved_as_it_would_have_logged(tmp_path):
     assert not (tmp_path / "whole" / "session.yaml").exists()
 
 
-@pytest.mark.parametrize("backend", ["reference", pytest.param("mujoco", marks=pytest.mark.slow)])
+@pytest.mark.parametrize("backend", installed("reference", "mujoco"))
+@pytest.mark.usual("reference")
 def test_a_session_repeats_to_the_bit(backend, tmp_path, no_report):
     """Actions of a user during a real-time run, at any samples."""
-    pytest.importorskip({"reference": "numpy"}.get(backend, backend))
     live = scenario(**{"simulation.backend": backend, "simulation.duration": 5.0})  # no end while something compiles
     with running_driver(live) as it:
         it.phase("ready")

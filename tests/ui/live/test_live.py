@@ -7,6 +7,7 @@ import pytest
 from command_line import cdpr_here
 from conftest import ROOT
 from live_cases import CAROCA, PLANNED, QUIET, SHORT, WINCH, busy, quiet, simulated
+from plants import installed
 from spread import sampled
 
 import cdpr
@@ -49,9 +50,8 @@ def test_actions_are_events(what):
 
 
 @pytest.mark.slow
-@sampled(1, "backend", ["reference", "mujoco", "bullet", "dart"])
+@sampled(1, "backend", installed("reference", "mujoco", "bullet", "dart"))
 def test_a_session_repeats_itself(backend, tmp_path):
-    pytest.importorskip({"bullet": "pybullet", "dart": "dartpy", "reference": "numpy"}.get(backend, backend))
     with cdpr.Simulation(CAROCA, backend=backend, overrides={**QUIET, **PLANNED}) as sim:
         busy(sim)
         sim.save(tmp_path / "session.yaml")

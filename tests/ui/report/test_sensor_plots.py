@@ -49,7 +49,7 @@ def run() -> Run:
 
 @pytest.mark.parametrize("sensor", [each["type"] for each in ALL])
 def test_exact_sensors_have_no_error(run: Run, sensor: str) -> None:
-    measuring = next(each for each in run.header.measuring if each.title == sensor)
+    measuring = next(each for each in run.header.sensor_objects if each.title == sensor)
     names = [each.key for each in measuring.quantities]
     found = {key: errors(run, measuring, key) for key in names if key not in ("seen", "rate")}
     assert found

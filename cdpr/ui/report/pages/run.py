@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from cdpr.base.columns import Column
+from cdpr.base.column import Column
 from cdpr.log import run_json
 from cdpr.log.files import replace_markup
 from cdpr.log.run import Run

@@ -8,7 +8,8 @@ from itertools import cycle
 
 import numpy as np
 
-from cdpr.base import columns
+from cdpr.base.column import CABLES as ALL_CABLES
+from cdpr.base.column import Column
 from cdpr.log.run import Run
 from cdpr.scenario.events import limits_change
 from cdpr.ui.report.plots.histories import PLUGIN, Points, histories
@@ -121,13 +122,13 @@ def further(run: Run) -> list[Panel]:
     return [_column(run, column) for column in run.header.columns if not column.owner and column.name not in shown]
 
 
-def _column(run: Run, column: columns.Column) -> Panel:
-    names = run.header.cables if column.width == columns.CABLES else column.labels(())
+def _column(run: Run, column: Column) -> Panel:
+    names = run.header.cables if column.width == ALL_CABLES else column.labels(())
     looks = cable_looks(names)
     colours, dashes = [look["color"] for look in looks], [look["linestyle"] for look in looks]
     legend: list[Entry] = [(shorten(name), look) for name, look in zip(names, looks, strict=True)]
     label = with_unit(shorten(column.name), column.unit)
-    group = "cable" if column.width == columns.CABLES else ""
+    group = "cable" if column.width == ALL_CABLES else ""
     lines = Curves(histories(run)[PLUGIN + column.name], colours, dashes, names=names, group=group)
     return Panel(label, (lines,), legend if column.width != 1 else (), name=column.name)
 

@@ -6,8 +6,9 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from cdpr.base.columns import CABLES as ALL_CABLES
-from cdpr.base.columns import GROUPS, Column
+from cdpr.base.column import CABLES as ALL_CABLES
+from cdpr.base.column import Column
+from cdpr.base.columns import GROUPS
 from cdpr.log.consistency import band, estimate_errors
 from cdpr.log.run import Run
 from cdpr.log.summary import PIECE
@@ -31,7 +32,7 @@ ERROR_UNITS = ("m", "rad", "m/s", "rad/s")
 def names_of(run: Run) -> frozenset[str]:
     """Return the names of the columns that the panels of sensors and of the estimate show."""
     own = {column.name for group in ESTIMATES if run.header.layout.has(group) for column in GROUPS[group].columns}
-    for sensor in run.header.measuring:
+    for sensor in run.header.sensor_objects:
         own |= {column.name for column in _columns(run, sensor).values()}
     return frozenset(own)
 
@@ -46,7 +47,7 @@ def _columns(run: Run, sensor: Sensor) -> dict[str, Column]:
 def sensors(run: Run) -> list[Panel]:
     """Return the panels of all sensors: each quantity, measured and true, its error, and the age."""
     panels: list[Panel] = []
-    for sensor in run.header.measuring:
+    for sensor in run.header.sensor_objects:
         columns = _columns(run, sensor)
         for each in sensor.quantities:
             panels += _quantity(run, sensor, each, columns[each.key])

@@ -16,11 +16,17 @@ from cdpr.tension.policy import CLIPPED, FALLBACK
 # Of the samples: above this, the run shows the behaviour of the fallback rather than that of the solver.
 LARGE_SHARE = 0.1
 
+# Periods of a sensor: random losses are hardly ever this long (a chance of 1e-6 if every second measurement is lost).
+SILENT = 20.0
+
 
 def reservations(run: Run) -> Iterator[str]:
-    """Yield the warnings as parts of a sentence."""
+    """Yield the warnings as parts of a sentence, first those on lost sensors and steps."""
     figures = run.summary()
     total = figures["samples"]
+    yield from silent(run)
+    if bad := figures.get("lost_steps"):
+        yield f"the steppers lost {bad} full steps"
     if bad := figures["infeasible_steps"]:
         yield f"{bad} of {total} samples had no admissible tensions"
     if bad := figures["unanswered_steps"]:
@@ -36,12 +42,28 @@ def reservations(run: Run) -> Iterator[str]:
             yield f"{bad} of {total} samples had {kind.words} than allowed"
     if (bad := figures.get("slack_samples")) and not run.header.ideal_cables:
         yield f"{bad} of {total} samples had slack cables"
-    if bad := figures.get("lost_steps"):
-        yield f"the steppers lost {bad} full steps"
     if passed := figures.get(PASSED):
         yield f"{passed}, where its force reverses within a step: results are not reliable"
     if (gap := figures.get("clearance_min_m", 0.0)) < 0.0:
         yield passing(names := figures["clearance_min_by"], gap) or f"{names} touched"
+
+
+def silent(run: Run) -> Iterator[str]:
+    """Yield the sensors without measurements at the end of a run, for much longer than their period and delay."""
+    if not len(run.rows):
+        return
+    last = np.asarray(run.rows[-1:])[0]
+    columns = run.header.layout.columns
+    for sensor in run.header.sensors:
+        name, step = sensor["name"], run.header.control_step
+        if f"{name}_age" not in columns:  # a camera
+            continue
+        age, end = float(last[columns[f"{name}_age"]][0]), float(last[columns["time"]][0])
+        late = float(sensor.get("delay", 0.0)) + float(sensor.get("jitter", 0.0))
+        if age > late + SILENT * max(float(sensor["period"]), step):
+            yield f"sensor '{name}' took no measurement after {end - age:.6g} s"
+        elif f"{name}_seen" in columns and not last[columns[f"{name}_seen"]].any():
+            yield f"sensor '{name}' sees no marker at the end"
 
 
 def overstrained(run: Run) -> Iterator[str]:
