@@ -12,24 +12,24 @@ namespace cdpr::CDPR_TARGET {
 enum ErrorNumber { GAIN, BIAS, NOISE, DRIFT, RESOLUTION, ERROR_NUMBERS };
 
 template <class T> struct Measurement {
-    const T* truth;   // (n), true values
-    const T* errors;  // (k, 5), of each component, by ErrorNumber; an attitude has three components
-    const T* time;    // (1), s
-    T* stream;        // (6), random stream of the sensor
-    T* walk;          // (k), drift and bumps so far
-    T* previous;      // (d), values of the last measurement from which rates follow
-    T* pending;       // (slots, w), ring of measurements that have not arrived: control step of the arrival, control
-                      // step at which it was taken, values; w = n + 2
-    T* held;          // (w), likewise, the last one that has arrived
-    T* count;         // (4): control steps, measurements sent and received; number of events that lose measurements
-    T* measured;      // (n), values that are held
-    T* age;           // (1), s, time since they were taken
-    double step;      // s, control period
-    double dropout;   // probability that a measurement is lost
-    double limit;     // true value without an object to measure, which has no errors; may be infinite
-    int64_t every;    // control steps from one measurement to the next
-    int64_t delay;    // control steps
-    int64_t jitter;   // control steps, largest additional delay
+    const T* truth;    // (n), true values
+    const T* errors;   // (k, 5), of each component, by ErrorNumber; an attitude has three components
+    const T* time;     // (1), s
+    T* stream;         // (6), random stream of the sensor
+    T* walk;           // (k), drift and bumps so far
+    T* previous;       // (d), values of the last measurement from which rates follow
+    T* pending;        // (slots, w), ring of measurements that have not arrived: control step of the arrival, control
+                       // step at which it was taken, values; w = n + 2
+    T* held;           // (w), likewise, the last one that has arrived
+    T* count;          // (4): control steps, measurements sent and received; number of events that lose measurements
+    T* measured;       // (n), values that are held
+    T* age;            // (1), s, time since they were taken
+    double step;       // s, control period
+    double dropout;    // probability that a measurement is lost
+    double limit;      // true value without an object to measure, which has no errors; may be infinite
+    int64_t every;     // control steps from one measurement to the next
+    int64_t delay;     // control steps
+    int64_t jitter;    // control steps, largest additional delay
     int64_t attitude;  // index of the four values that are an attitude; n without one
     int64_t n;
     int64_t k;

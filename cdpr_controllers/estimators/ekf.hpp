@@ -44,14 +44,15 @@ template <class T> struct KalmanFilter {
     const T* arrivals;       // (k, 2): 1 if a measurement has arrived in this step, and its age, s
     const T* deviations;     // (d), of the noise of all components
     const T* settings;       // (q), of the sensors
-    T* history;              // (slots, h), of each control step, in a ring: state, covariance, tensions (m), N, that led
-                             // to it, ratios and rates of stretch (m), values (n) of all sensors, taken at it, and the use (k) of each sensor
-    T* count;                // (1), control steps since the start
-    T* state;                // (13), estimate
-    T* covariance;           // (12, 12), of its errors
-    T* innovation;           // (2), normalised innovation squared, and number of values; NaN and 0 without new ones
-    T* taken;                // (n), work space
-    T* stretch;              // (4, m), work space: ratios and rates of stretch, then those of the step before
+    T* history;  // (slots, h), of each control step, in a ring: state, covariance, tensions (m), N, that led
+                 // to it, ratios and rates of stretch (m), values (n) of all sensors, taken at it, and the use (k) of
+                 // each sensor
+    T* count;    // (1), control steps since the start
+    T* state;    // (13), estimate
+    T* covariance;  // (12, 12), of its errors
+    T* innovation;  // (2), normalised innovation squared, and number of values; NaN and 0 without new ones
+    T* taken;       // (n), work space
+    T* stretch;     // (4, m), work space: ratios and rates of stretch, then those of the step before
     int64_t k;
     int64_t n;
     int64_t d;
@@ -69,9 +70,7 @@ template <class T> struct KalmanFilter {
     CDPR_INLINE int64_t of_stretch() const { return TENSION + platform.m; }
     CDPR_INLINE int64_t of_values() const { return TENSION + 3 * platform.m; }
     CDPR_INLINE CableStretch<T> stretch_now() const { return {stretch, stretch + platform.m}; }
-    CDPR_INLINE CableStretch<T> stretch_before() const {
-        return {stretch + 2 * platform.m, stretch + 3 * platform.m};
-    }
+    CDPR_INLINE CableStretch<T> stretch_before() const { return {stretch + 2 * platform.m, stretch + 3 * platform.m}; }
     CDPR_INLINE int64_t of_use() const { return of_values() + n; }
     CDPR_INLINE RingRow<T> step(T at) const { return {history, slots, h, at}; }
     CDPR_INLINE const int64_t* sensor(int64_t i) const { return sensors + SensorRow::WIDTH * i; }
@@ -86,8 +85,8 @@ CDPR_INLINE double largest(const Lanes& lanes) {
 }
 #endif
 
-// Store the new measurement of a sensor at the step at which it was taken; return how many steps ago that was, 0 without
-// one.
+// Store the new measurement of a sensor at the step at which it was taken; return how many steps ago that was, 0
+// without one.
 template <class T> inline T store_measurement(const KalmanFilter<T>& p, T now, int64_t i) {
     const T zero = 0.0, arrives = p.arrivals[2 * i], age = p.arrivals[2 * i + 1];
     if (!any(arrives == T(1.0))) return zero;

@@ -97,7 +97,7 @@ class Ekf(SnapshotOfArrays, Estimator):
         self._given["start"] = inputs.start
         self._given["command"] = inputs.tension
         self._operations = self.compiled(self._state)
-        self._given["time"] = inputs.time
+        self._given["time"] = inputs.time  # of operations for the loop; `estimate` sets its own
 
     def estimate(self, time: float, out: Array) -> None:
         """Write the estimate (13,)."""

@@ -26,7 +26,8 @@ template <class T> struct StretchedCable {
         return pull(chain.span_kind(), chain.span(), length, unwound, stretching, chain.lowest());
     }
 
-    // Return the acceleration of the drum, rad/s^2, at an unwound length, m, and its speed, rad/s; write the tension, N.
+    // Return the acceleration of the drum, rad/s^2, at an unwound length, m, and its speed, rad/s; write the tension,
+    // N.
     CDPR_INLINE T turn(T unwound, T speed, T& tension_now) const {
         const T own[MOST_STATES] = {};
         T present[ChainRow<T>::NUMBERS];
@@ -115,8 +116,7 @@ template <class T> inline void write_stretch(const FilteredPlatform<T>& p, const
             rate = p.rate[i] + chain.per_turn(after.ratio[i]) * after.rate[i];
         } else if (chain.stretches()) {
             const T own[MOST_STATES] = {};
-            const T pull =
-                p.noisy ? tension[i] : chain.held(own, tension[i], p.length[i], p.rate[i], zero).tension;
+            const T pull = p.noisy ? tension[i] : chain.held(own, tension[i], p.length[i], p.rate[i], zero).tension;
             ratio = p.length[i] / unwound_at(p, pull, i);
             if (p.noisy && has_stretch_state(chain)) {
                 const StretchedCable<T> cable = {chain, zero, p.length[i], p.rate[i]};

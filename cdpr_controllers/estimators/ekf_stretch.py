@@ -1,8 +1,8 @@
 """Stretch of cables in an extended Kalman filter.
 
-The filter simulates the drums of winches that take tensions, with their inertia and friction. So the tension lags behind
-its command as that of the plant does. Errors of the estimate are assumed to move the drums at once, as the drums vibrate
-faster than the estimate changes; so the covariance has no states of the drums.
+The filter simulates the drums of winches that take tensions, with their inertia and friction. So the tension lags
+behind its command as that of the plant does. Errors of the estimate are assumed to move the drums at once, as the drums
+vibrate faster than the estimate changes; so the covariance has no states of the drums.
 
 With load cells, the stretch follows from the measured tension T: d s' = T - T(s), with the damping d of the cable. The
 stretch of cables that creep is that at rest.

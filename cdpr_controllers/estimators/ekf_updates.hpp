@@ -144,8 +144,8 @@ template <class T> inline void use_encoders(const FilteredPlatform<T>& p, const 
 }
 
 // Use the position of a point of the platform, platform axes.
-template <class T> inline void use_receiver(const T* state, const T* point, const T* measured, const T* deviation,
-                                            Correction<T>& sum) {
+template <class T>
+inline void use_receiver(const T* state, const T* point, const T* measured, const T* deviation, Correction<T>& sum) {
     const Quaternion<T> q = quaternion(state + 3), back = conjugate(q);
     const Vector<T> b = vector(point);
     T each[3];
@@ -193,8 +193,7 @@ template <class T> inline void use_markers(const T* state, const T* settings, in
             // Carried: own = R^T (marker - p) after the rotation e: own + own x e - R^T d. Else p + R b after it:
             // + R (e x b) + d.
             const Vector<T> place = select<T>(carried, T(-1.0) * rotate(q, by_body), by_body);
-            const Vector<T> turn =
-                select<T>(carried, cross(by_body, own), cross(own, rotate(conjugate(q), by_body)));
+            const Vector<T> turn = select<T>(carried, cross(by_body, own), cross(own, rotate(conjugate(q), by_body)));
             sum.use_pose(seen, place, turn, measured[2 * i + j] - pixel, deviation[2 * i + j]);
         }
     }

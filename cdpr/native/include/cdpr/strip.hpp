@@ -47,9 +47,7 @@ template <> CDPR_INLINE DoubleStrip strip_of_column<double>(const double* column
     return found;
 }
 CDPR_INLINE void store(const DoubleStrip& numbers, double* row) { *reinterpret_cast<DoubleStrip*>(row) = numbers; }
-CDPR_INLINE DoubleStrip select(bool condition, const DoubleStrip& a, const DoubleStrip& b) {
-    return condition ? a : b;
-}
+CDPR_INLINE DoubleStrip select(bool condition, const DoubleStrip& a, const DoubleStrip& b) { return condition ? a : b; }
 
 CDPR_INLINE void store(const Lanes& number, Lanes* row) { *row = number; }
 
