@@ -165,7 +165,7 @@ def test_lanes_measure_at_steps_of_their_own(every, late):
     }
     outputs = {name: array.shape[1:] for name, array in before.items()} | {"measured": (n,), "age": (1,)}
     inputs = {"truth": truth, "errors": errors, "time": time}
-    values = {"step": 1e-3, "dropout": 0.3, "every": every, "delay": late, "jitter": late, "attitude": 3}
+    values = {"step": 1e-3, "dropout": 0.3, "limit": 1.0, "every": every, "delay": late, "jitter": late, "attitude": 3}
     one, _ = run("measure", inputs, outputs, before, **values)
     lanes, _ = run_lanes("measure", inputs, outputs, before, **values)
     for name in outputs:
