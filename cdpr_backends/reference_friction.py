@@ -22,8 +22,14 @@ class FrictionReference(ReferenceBackend):
     def __init__(self, robot: Robot, gravity: Array, physics_step: float, options: Any) -> None:
         super().__init__(robot, gravity, physics_step, options)
         self.highest, self._work = np.zeros(robot.m), np.zeros(1)
-        self.bind_steps("friction_step", **self._given, cable_work=self._work, highest=self.highest)
+        self._last = np.full(2 * robot.m + 20, np.nan)  # pull at the last reading of the tensions
+        self.bind_steps("friction_step", **self._given, cable_work=self._work, highest=self.highest, last=self._last)
         self.arrays = (*self.arrays, self.highest, self._work)
+
+    def renew(self, robot: Robot) -> bool:
+        """Move another platform from the next reset on."""
+        self._last[:] = np.nan
+        return super().renew(robot)
 
     def reset(self, state: Array) -> None:
         """Set the platform to `state` (13,)."""
@@ -47,5 +53,5 @@ class FrictionReference(ReferenceBackend):
         return [bind("copy", source=self.command, target=tension)]
 
     def _reading(self, tension: Array) -> Any:
-        lines = self.frame.line_table
-        return bind("exit_tensions", lines=lines, body=self._body, command=self.command, tension=tension)
+        given = {"lines": self.frame.line_table, "body": self._body, "command": self.command, "last": self._last}
+        return bind("exit_tensions", **given, tension=tension)

@@ -86,8 +86,7 @@ inline void advance(WinchRungeKutta<T>& problem, PlatformDynamics<T>& dynamics, 
             scatter(point, plant, size);
             stop_braked_drums(plant, start);
             anchors.place(since);
-            plant_geometry(plant);
-            add_anchor_rates(plant, anchors);
+            place_cables(plant, anchors);
             dynamics.known = false;
             write_tensions(plant, dynamics, anchors);
         }

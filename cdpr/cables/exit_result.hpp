@@ -6,9 +6,9 @@
 namespace cdpr::CDPR_TARGET {
 
 template <class T> struct ExitResult {
-    Vector<T> point;   // m, world, where the cable leaves the frame
-    T wrapped_length;  // m, length of cable on the exit
-    T wrap = 0.0;      // rad, angle of cable on the exit
+    Vector<T> point;             // m, world, where the cable leaves the frame
+    T wrapped_length;            // m, length of cable on the exit
+    T sine = 0.0, cosine = 1.0;  // of the angle of cable on the exit
 };
 
 }  // namespace cdpr::CDPR_TARGET

@@ -52,10 +52,10 @@ template <class T> CDPR_INLINE Line<T> line(const T* lines, int64_t width, int64
     return {row, width, p, lever, p + lever};
 }
 
-// Return the tension at the winch per tension at the platform of a cable on an exit with friction, with this wrap
-// angle, rad, that moves towards the platform at `speed`, m/s.
-template <class T> CDPR_INLINE T friction(const Line<T>& cable, T wrap, T speed) {
-    return exit_friction(cable.row[Line<T>::EXIT], cable.row + Line<T>::NUMBERS, wrap, speed);
+// Return the tension at the winch per tension at the platform of a cable on an exit with friction, with this sine and
+// cosine of its angle there, that moves towards the platform at `speed`, m/s.
+template <class T> CDPR_INLINE T friction(const Line<T>& cable, T sine, T cosine, T speed) {
+    return exit_friction(cable.row[Line<T>::EXIT], cable.row + Line<T>::NUMBERS, sine, cosine, speed);
 }
 
 // Return force and moment about the platform's position, N and N m, world axes, of a tension, N.

@@ -60,10 +60,10 @@ template <class T> CDPR_INLINE bool rubs(T kind, int64_t count) {
     return is(kind, PULLEY) && count >= Pulley::COUNT_WITH_FRICTION;
 }
 
-// Return the tension towards the winch per tension towards the platform, of a cable with this wrap angle, rad, that
-// moves towards the platform at `speed`, m/s.
-template <class T> CDPR_INLINE T exit_friction(T kind, const T* numbers, T wrap, T speed) {
-    if (is(kind, PULLEY)) return Pulley::friction(numbers, wrap, speed);
+// Return the tension towards the winch per tension towards the platform, of a cable with this sine and cosine of its
+// angle on the exit, that moves towards the platform at `speed`, m/s.
+template <class T> CDPR_INLINE T exit_friction(T kind, const T* numbers, T sine, T cosine, T speed) {
+    if (is(kind, PULLEY)) return Pulley::friction(numbers, sine, cosine, speed);
     return NOT_A_NUMBER;
 }
 

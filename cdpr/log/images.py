@@ -170,14 +170,19 @@ def every_row(run: Run, cameras: Sequence[CameraImages]) -> Iterator[tuple[int, 
     """Yield number and row of the samples of which one of the cameras takes an image."""
     for k in range(0, len(run.rows), rows_apart(run.header, cameras)):
         row = np.asarray(run.rows[k : k + 1])[0]
-        sample = sample_of(run.header, row)
-        if sample is not None and any(sample % camera.every == 0 for camera in cameras):
-            yield sample, row
+        if takes_images(run.header, row, cameras):
+            yield round(float(row[0]) / run.header.control_step), row
 
 
 def rows_apart(header: Header, cameras: Sequence[CameraImages]) -> int:
     """Return the number of rows from one with an image to the next."""
     return math.gcd(*(max(1, camera.every // header.log_every) for camera in cameras))
+
+
+def takes_images(header: Header, row: Array, cameras: Sequence[CameraImages]) -> bool:
+    """Return True if one of the cameras takes an image of a row (width,)."""
+    sample = sample_of(header, row)
+    return sample is not None and any(sample % camera.every == 0 for camera in cameras)
 
 
 def sample_of(header: Header, row: Array) -> int | None:

@@ -15,6 +15,11 @@ DEFINITIONS = {
     "builtin_interfaces/Time": "int32 sec\nuint32 nanosec",
     "geometry_msgs/Accel": "geometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular",
     "geometry_msgs/AccelStamped": "std_msgs/Header header\ngeometry_msgs/Accel accel",
+    "geometry_msgs/Inertia": (
+        "float64 m\ngeometry_msgs/Vector3 com\nfloat64 ixx\nfloat64 ixy\nfloat64 ixz\nfloat64 iyy\nfloat64 iyz\n"
+        "float64 izz"
+    ),
+    "geometry_msgs/InertiaStamped": "std_msgs/Header header\ngeometry_msgs/Inertia inertia",
     "geometry_msgs/Point": "float64 x\nfloat64 y\nfloat64 z",
     "geometry_msgs/PointStamped": "std_msgs/Header header\ngeometry_msgs/Point point",
     "geometry_msgs/Pose": "geometry_msgs/Point position\ngeometry_msgs/Quaternion orientation",

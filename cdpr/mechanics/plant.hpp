@@ -10,17 +10,20 @@
 #include <cdpr/mechanics/body_frame.hpp>
 #include <cdpr/mechanics/geometry.hpp>
 #include <cdpr/mechanics/inverse_dynamics.hpp>
+#include <cdpr/same_bits.hpp>
 #include <cdpr/sum.hpp>
 
 namespace cdpr::CDPR_TARGET {
 
 // Cable at the present pose: the lever of its anchor on the body, the chord from there to the exit, that chord's
-// length, and the length of cable on the exit, m; the angle of cable on the exit, rad.
+// length, and the length of cable on the exit, m; sine and cosine of the angle of cable on the exit.
 template <class T> struct CableRun {
-    static constexpr int COUNT = 9;
+    static constexpr int COUNT = 10;
 
     Vector<T> lever, chord;
-    T chord_length, wrapped_length, wrap;
+    T chord_length, wrapped_length, sine, cosine;
+
+    CDPR_INLINE T length() const { return chord_length + wrapped_length; }
 };
 
 template <class T> struct Plant {
@@ -44,7 +47,7 @@ template <class T> struct Plant {
     T* rate;               // (m), m/s
     T* matrix;             // (6, m), W about the body's origin
     T* at_winch;           // (m), tension at each winch per tension at the platform
-    T* runs;               // (m, 9), work space: a CableRun of each
+    T* runs;               // (m, 10), a CableRun of each
     T* light;              // (m), work space: tensions without the drums' inertia, N
     T* mass;               // (m), work space: that inertia along the cable, kg
     T* pulls;              // (m), work space: 1 for each taut cable, 0 for a slack one
@@ -54,12 +57,14 @@ template <class T> struct Plant {
     int64_t w;
     int64_t s;
     const T* brakes = nullptr;  // (m), N m, of winches without power: brake torque; negative with power; not in FMUs
+    T* seen = nullptr;  // (13), the body at which geometry was last written; NaN after a change of lines; not in FMUs
     static constexpr char fields[] =
         "chains(m, 33), lines(m, w >= 6), offset(7), inertial(13), free(6), gravity(3), command(m), external(6), "
         "both body(13), both winch(s), both tension(m), both highest(m), both length(m), both cable_work(1), "
-        "both beside(6), both place(7), applied(6), both rate(m), matrix(6, m), both at_winch(m), work runs(m, 9), "
+        "both beside(6), both place(7), applied(6), both rate(m), both matrix(6, m), both at_winch(m), both runs(m, "
+        "10), "
         "work light(m), work mass(m), work pulls(m), kinds(m, 3), places(m + 1), m, w, s, "
-        "brakes(m)";
+        "brakes(m), both seen(13)";
 
     CDPR_INLINE ChainRow<T> chain(int64_t i) const { return chain_row(chains, i); }
     CDPR_INLINE Quaternion<T> attitude() const { return quaternion(body + 3); }
@@ -97,7 +102,7 @@ template <class T> struct Plant {
 
     CDPR_INLINE CableRun<T> run(int64_t i) const {
         const T* numbers = runs + CableRun<T>::COUNT * i;
-        return {vector(numbers), vector(numbers + 3), numbers[6], numbers[7], numbers[8]};
+        return {vector(numbers), vector(numbers + 3), numbers[6], numbers[7], numbers[8], numbers[9]};
     }
 
     CDPR_INLINE void keep(CableRun<T> run, int64_t i) const {
@@ -106,7 +111,8 @@ template <class T> struct Plant {
         store(run.chord, numbers + 3);
         numbers[6] = run.chord_length;
         numbers[7] = run.wrapped_length;
-        numbers[8] = run.wrap;
+        numbers[8] = run.sine;
+        numbers[9] = run.cosine;
     }
 
     CDPR_INLINE BentSpan<T> bent_span(int64_t i) const {
@@ -139,8 +145,6 @@ template <class T> struct PlantCable {
     Vector<T> u, moment;
     T rate;
     CableRun<T> run;
-
-    CDPR_INLINE T length() const { return run.chord_length + run.wrapped_length; }
 };
 
 template <class T> CDPR_INLINE PlantCable<T> plant_cable(const Line<T>& cable, Vector<T> v, Vector<T> omega) {
@@ -148,7 +152,10 @@ template <class T> CDPR_INLINE PlantCable<T> plant_cable(const Line<T>& cable, V
     const Vector<T> l = cable.chord(exit.point);
     const T norm = length(l);
     const Vector<T> u = l / norm, moment = cross(cable.lever, u);
-    return {u, moment, -dot(u, v) - dot(moment, omega), {cable.lever, l, norm, exit.wrapped_length, exit.wrap}};
+    return {u,
+            moment,
+            -dot(u, v) - dot(moment, omega),
+            {cable.lever, l, norm, exit.wrapped_length, exit.sine, exit.cosine}};
 }
 
 // Write wrench matrix, lengths, rates and runs of eight cables on exits with friction.
@@ -164,12 +171,12 @@ template <> CDPR_INLINE void write_eight_rubbing<double>(Plant<double>& plant, V
     const Vector<Lanes> u = cable.u, moment = cable.moment;
     const Lanes rows[] = {u.x, u.y, u.z, moment.x, moment.y, moment.z};
     for (int j = 0; j < 6; j++) scatter(rows[j], plant.matrix + j * WIDTH);
-    scatter(cable.length(), plant.length);
+    scatter(cable.run.length(), plant.length);
     scatter(cable.rate, plant.rate);
     const CableRun<Lanes> run = cable.run;
     for (int i = 0; i < WIDTH; i++)
         plant.keep({of_lane(run.lever, i), of_lane(run.chord, i), run.chord_length.get(i), run.wrapped_length.get(i),
-                    run.wrap.get(i)},
+                    run.sine.get(i), run.cosine.get(i)},
                    i);
 }
 #endif
@@ -178,16 +185,22 @@ template <> CDPR_INLINE void write_eight_rubbing<double>(Plant<double>& plant, V
 template <class T> inline void plant_geometry(Plant<T>& plant) {
     const Vector<T> p = vector(plant.body), v = vector(plant.body + 7), omega = vector(plant.body + 10);
     const Quaternion<T> q = plant.attitude();
+    for (int64_t j = 0; plant.seen != nullptr && j < 13; j++) plant.seen[j] = plant.body[j];
     if (are_eight_rubbing<T>(plant.lines, plant.w, plant.m)) return write_eight_rubbing(plant, p, q, v, omega);
     for (int64_t i = 0; i < plant.m; i++) {
         const PlantCable<T> cable = plant_cable(line(plant.lines, plant.w, i, p, q), v, omega);
         const Vector<T> u = cable.u, moment = cable.moment;
         const T column[6] = {u.x, u.y, u.z, moment.x, moment.y, moment.z};
         for (int64_t j = 0; j < 6; j++) plant.W()(j, i) = column[j];
-        plant.length[i] = cable.length();
+        plant.length[i] = cable.run.length();
         plant.rate[i] = cable.rate;
         plant.keep(cable.run, i);
     }
+}
+
+// Return whether rates and `at_winch`, too, are those of `body`: only anchors at rest determine them by the body.
+template <class T, class Anchors> CDPR_INLINE bool is_placed(const Plant<T>& plant) {
+    return !Anchors::moving && plant.seen != nullptr && same_bits(plant.seen, plant.body, 13);
 }
 
 // Return u of cable i.

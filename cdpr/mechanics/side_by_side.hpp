@@ -23,7 +23,7 @@ template <class T> CDPR_INLINE int64_t write_eights(const T*, int64_t, int64_t, 
     return 0;
 }
 
-// Return whether there are eight cables on exits of one kind with friction. Registers of two numbers would be slower.
+// Return whether there are eight cables on exits of one kind with friction.
 template <class T> CDPR_INLINE bool are_eight_rubbing(const T*, int64_t, int64_t) { return false; }
 
 #ifdef CDPR_LANES
@@ -55,7 +55,7 @@ template <> CDPR_INLINE bool are_eight<double>(int64_t width, int64_t m) {
 }
 
 template <> CDPR_INLINE bool are_eight_rubbing<double>(const double* lines, int64_t width, int64_t m) {
-    if (PART < 4 || width != Line<double>::NUMBERS + MOST_OF_EXIT || m != WIDTH) return false;
+    if (width != Line<double>::NUMBERS + MOST_OF_EXIT || m != WIDTH) return false;
     for (int i = 1; i < WIDTH; i++)
         if (lines[i * width + Line<double>::EXIT] != lines[Line<double>::EXIT]) return false;
     return rubs(lines[Line<double>::EXIT], width - Line<double>::NUMBERS);

@@ -7,17 +7,43 @@ namespace cdpr::CDPR_TARGET {
 
 // Return the tension at the winch per tension at the platform of cable i, which moves towards it at `speed`, m/s.
 template <class T> CDPR_INLINE T friction_at(const Plant<T>& plant, int64_t i, T speed) {
-    return friction(plant.row_of_line(i), plant.run(i).wrap, speed);
+    const CableRun<T> run = plant.run(i);
+    return friction(plant.row_of_line(i), run.sine, run.cosine, speed);
 }
 
-// Write these. The speed is that at which the winch pays out.
-template <class T> inline void write_friction(Plant<T>& plant) {
+// Write these for eight cables, which move at `speed`; return whether there are eight.
+template <class T> CDPR_INLINE bool write_eight_frictions(Plant<T>&, const T*) { return false; }
+
+#ifdef CDPR_LANES
+template <> CDPR_INLINE bool write_eight_frictions<double>(Plant<double>& plant, const double* speed) {
+    if (!are_eight_rubbing<double>(plant.lines, plant.w, plant.m)) return false;
+    const EightRubbing eight(plant.lines);
+    const Lanes sine = gather(plant.runs + 8, CableRun<double>::COUNT);
+    const Lanes cosine = gather(plant.runs + 9, CableRun<double>::COUNT);
+    scatter(friction(eight.at({}, {}), sine, cosine, gather(speed, 1)), plant.at_winch);
+    return true;
+}
+#endif
+
+// Write these for cables that stretch or for those that do not. The speed is that at which the winch pays out.
+template <class T> inline void write_friction(Plant<T>& plant, bool stretching) {
+    T* const speed = plant.mass;
+    int64_t count = 0;
     for (int64_t i = 0; i < plant.m; i++) {
-        if (!plant.rubs(i)) continue;
-        const T speed =
-            plant.stretches(i) ? -plant.chain(i).per_turn(plant.unwound(i)) * plant.speed(i) : plant.rate[i];
-        plant.at_winch[i] = friction_at(plant, i, speed);
+        if (plant.stretches(i) != stretching || !plant.rubs(i)) continue;
+        speed[i] = stretching ? -plant.chain(i).per_turn(plant.unwound(i)) * plant.speed(i) : plant.rate[i];
+        count++;
     }
+    if (count == 0 || (count == plant.m && write_eight_frictions(plant, speed))) return;
+    for (int64_t i = 0; i < plant.m; i++)
+        if (plant.stretches(i) == stretching && plant.rubs(i)) plant.at_winch[i] = friction_at(plant, i, speed[i]);
+}
+
+// Write geometry and rates at `body`, and the friction that depends on these alone.
+template <class T, class Anchors> inline void place_cables(Plant<T>& plant, const Anchors& anchors) {
+    plant_geometry(plant);
+    add_anchor_rates(plant, anchors);
+    write_friction(plant, false);
 }
 
 // Write unwound lengths and speeds for constant stretch, and commanded tensions or lengths. The first command of a
@@ -118,7 +144,7 @@ inline void write_tensions(Plant<T>& plant, PlatformDynamics<T>& dynamics, const
         if (any(fresh)) start_winches(plant, fresh);
         prescribe_speeds(plant, fresh);
     }
-    write_friction(plant);
+    write_friction(plant, true);
     if (write_light_tensions(plant, anchors)) share_inertia(plant, dynamics);
     apply(plant);
     for (int64_t i = 0; i < plant.m; i++) {
@@ -161,12 +187,14 @@ template <class T, class Anchors> inline void settle(Plant<T>& plant, PlatformDy
     T* before = plant.light;
     for (int64_t i = 0; i < plant.m; i++) before[i] = plant.length[i];
     anchors.place(0.0);
-    plant_geometry(plant);
+    if (is_placed<T, Anchors>(plant))
+        for (int64_t i = 0; i < plant.m; i++) plant.length[i] = plant.run(i).length();
+    else
+        place_cables(plant, anchors);
     plant.cable_work[0] = sum(plant.cable_work[0], 0, plant.m,
                               [&](int64_t i) { return plant.tension[i] * (before[i] - plant.length[i]); });
     if (plant.has_bent_cables()) plant.cable_work[0] = plant.cable_work[0] + work_of_bent_cables(plant);
     add_work_of_anchors(plant, anchors);
-    add_anchor_rates(plant, anchors);
     write_tensions(plant, dynamics, anchors);
 }
 

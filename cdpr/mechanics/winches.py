@@ -18,6 +18,8 @@ from cdpr.native.bind import bind
 
 EXIT = 6  # column of `line_table`
 
+RUN = 10  # numbers of a `CableRun`
+
 POWERED = -1.0  # brake torque of a winch with power
 
 
@@ -90,6 +92,8 @@ class Winches:
             "matrix": np.zeros((6, m)),
             "at_winch": np.ones(m),
             "brakes": self.brakes,
+            "runs": np.zeros((m, RUN)),
+            "seen": np.full(13, np.nan),
         }
         self.step: Callable[[], object] = bind("step_winches", **self.given, step=physics_step)
         self.settle: Callable[[], object] = bind("settle_winches", **self.given)
@@ -104,7 +108,7 @@ class Winches:
         """Reset all states, so that the next evaluation starts a new run."""
         for array in self.arrays:
             array[:] = 0.0
-        self.state[:] = np.nan
+        self.state[:] = self.given["seen"][:] = np.nan
         self.brakes[:] = POWERED
 
     def settle_before_change(self) -> None:
@@ -115,6 +119,7 @@ class Winches:
     def change_body(self, robot: Robot, frame: BodyFrame) -> None:
         """Take mass properties and frame of another platform; `body` is already in that frame."""
         self.given["inertial"][:] = _inertial(robot, frame)
+        self.given["seen"][:] = np.nan  # the lines are others
         self._place[:] = self.body[:7]
 
     def readings(self, tension: Array, work: Array) -> tuple[list[Callable[[], object]], list[Callable[[], object]]]:

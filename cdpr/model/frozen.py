@@ -18,6 +18,7 @@ from cdpr.native.arrays import DEEPEST, MASKED, masked, real
 
 Array = NDArray[np.float64]
 Value = TypeVar("Value")
+Number = TypeVar("Number", bound=np.generic)
 
 
 class Frozen:
@@ -100,7 +101,7 @@ def frozen_array(values: Sequence[float] | Sequence[Sequence[float]] | Array) ->
     return array
 
 
-def read_only(array: Array) -> Array:
+def read_only(array: NDArray[Number]) -> NDArray[Number]:
     """Return a read-only view of `array`."""
     view = array.view()
     view.flags.writeable = False

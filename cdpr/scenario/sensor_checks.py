@@ -19,6 +19,7 @@ BELIEVED = "believed"
 # Keys that a nominal sensor shares with the true one. Measurements have the times at which they were taken, so their
 # delays are known.
 FIXED = "type", "name", BELIEVED, "period", "delay", "jitter"
+DROPOUT = "has no effect: estimators know which measurements have arrived; remove this key"
 Multiple = Callable[[Path, float, float], None]  # reports a time that is no multiple of the control step, s
 
 
@@ -74,6 +75,9 @@ class SensorChecks(Checks):
             if key in (sensor.believed or {}):
                 self.add_problem((*path, key), "must be that of the sensor: remove this key")
                 return None
+        if "dropout" in (sensor.believed or {}):
+            self.add_problem((*path, "dropout"), DROPOUT)
+            return None
         data = sensor.nominal_data()
         try:
             nominal = type(sensor).model_validate_json(json.dumps(data))

@@ -90,9 +90,7 @@ class ControllerCalls(SnapshotOfArrays):
         self.arrays = (self._held, self._called, self._sent) if self._records or self.period > 1 else ()
         self.arrays += (self._distributed,) if self._corrects else ()
         if observes(controller):
-            known = present.locked.view()
-            known.flags.writeable = False
-            limits, sent = read_only(present.cables.limits), read_only(self._sent)
+            known, limits, sent = read_only(present.locked), read_only(present.cables.limits), read_only(self._sent)
             names = [column.name for part in parts.more if part.measures for column in part.columns]
             measured = {name: read_only(present.view(name)) for name in names}
             controller.observe(ControllerInputs(self.preview, limits, known, sent, MappingProxyType(measured)))

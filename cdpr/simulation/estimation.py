@@ -11,7 +11,7 @@ from pydantic import BaseModel
 
 from cdpr.base.column import Column
 from cdpr.base.columns import ESTIMATED, INNOVATION, UNCERTAINTY
-from cdpr.base.errors import PluginError
+from cdpr.base.errors import CdprError, PluginError
 from cdpr.base.needs import of_estimator
 from cdpr.cables import commands_of
 from cdpr.model import Robot
@@ -52,12 +52,27 @@ def check_estimator(scenario: Scenario) -> None:
     """
     entry = estimator_of(scenario)
     if entry is not None:
+        _check_believed(entry, scenario)
         m = scenario.robot.m
         models = []
         for sensor in measuring(scenario.sections.sensors):
             size = sum(each.values(m) for each in sensor.quantities)
             models.append(SensorModel(sensor.nominal, np.zeros(size), np.zeros(1), np.zeros(1)))
         _make(entry, scenario.nominal or scenario.robot, scenario, models).close()
+
+
+def _check_believed(entry: Registered, scenario: Scenario) -> None:
+    """Raise CdprError for believed errors that the estimator declares as unused."""
+    unused = entry.info.properties.get("unused_errors", ())
+    for i, sensor in enumerate(scenario.sections.sensors):
+        for quantity in sensor.quantities:
+            given = (sensor.believed or {}).get(quantity.key)
+            for key in given if isinstance(given, dict) else ():
+                if key in unused:  # type: ignore[operator]
+                    raise CdprError(
+                        f"sensors[{i}].believed.{quantity.key}.{key}: the estimator '{entry.info.name}' does not use it: "
+                        "remove this key; `noise` and `resolution` can contain the size of unknown errors"
+                    )
 
 
 def _make(entry: Registered, robot: Robot, scenario: Scenario, sensors: Sequence[SensorModel]) -> Estimator:
@@ -133,8 +148,7 @@ class Estimation(LoopPart):
         start = np.zeros(13)
         command = view("winch_command") if surroundings.has("drums") else surroundings.sent
         known = read_only(time), read_only(start), read_only(command), tuple(commands_of(scenario.robot))
-        limits, locked = read_only(surroundings.limits), surroundings.locked.view()
-        locked.flags.writeable = False
+        limits, locked = read_only(surroundings.limits), read_only(surroundings.locked)
         estimator.connect(EstimatorInputs(*known, read_only(surroundings.sent), limits, locked))
         given = np.full(7, np.nan)
         if scenario.estimator is not None and (assumed := scenario.estimator.start) is not None:

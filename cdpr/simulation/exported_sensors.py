@@ -106,9 +106,7 @@ class ExportedSensors:
         """Give a controller the measurements, if it uses them, and its columns."""
         if not observes(controller):
             return
-        known = self.locked.view()
-        known.flags.writeable = False
-        limits, sent = read_only(self._cables.limits), read_only(self.sent)
+        known, limits, sent = read_only(self.locked), read_only(self._cables.limits), read_only(self.sent)
         controller.observe(ControllerInputs(_no_preview, limits, known, sent, MappingProxyType(self.measurements)))
         own = [column for column in self._layout.more if column.owner == "controller"]
         if own:

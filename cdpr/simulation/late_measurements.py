@@ -59,14 +59,15 @@ class LateMeasurements:
         pose[list(self.rows)], twist[list(self.rows)] = np.split(error, 2)
         pose[3:] = matrix(loop.state[3:7]).T @ pose[3:]  # errors of attitudes are about axes of the platform
         errors = sensors.errors_of("pose"), sensors.errors_of("twist")
-        biases = [(each[:, BIAS], own) for each, own in zip(errors, (pose, twist), strict=True)]
-        for bias, own in biases:
+        biases = [each[:, BIAS] for each in errors]
+        before = [bias.copy() for bias in biases]
+        for bias, own in zip(biases, (pose, twist), strict=True):
             bias += own
         try:
             return period(x)
         finally:
-            for bias, own in biases:
-                bias -= own
+            for bias, old in zip(biases, before, strict=True):
+                bias[:] = old
 
     def included(self, loop: Linearised, F: Array) -> Linearised:
         """Return a linearised loop with these periods and delays.

@@ -132,14 +132,24 @@ class Interventions(ABC):
     def release(self, push: Wrench | Payload) -> None:
         """End a wrench that `push` returned, or detach a body that `attach` returned, now."""
         with self._exclusive("release"):
-            self._ready()
             session, loop = self._runner.session, self._loop
-            released = session.released(push, loop.count, undo=loop.schedule.can_undo(loop.count))
+            released = self._released(push)
             live = [released if one is push else one for one in session.live]
             session.live = tuple(one for one in live if one is not None)
             with self._kept():
                 self._runner.revise()
                 loop.push()
+
+    def check_release(self, push: Wrench | Payload) -> None:
+        """Raise the error of `release`, without any effect."""
+        with self._exclusive("release"):
+            self._released(push)
+
+    def _released(self, push: Wrench | Payload) -> ScenarioEvent | None:
+        self._ready()
+        return self._runner.session.released(
+            push, self._loop.count, undo=self._loop.schedule.can_undo(self._loop.count)
+        )
 
     def target(
         self,

@@ -36,6 +36,7 @@ class RobotRequests:
         self._simulation = simulation
         self.pushes: dict[int, Wrench | Payload] = {}
         self._wrench: Wrench | None = None
+        self._payload: tuple[Payload | None, tuple[float, ...]] = None, ()
         self._target_warned = False  # if the last target was doubtful
         self._manual: ManualControl | None = None
         if simulation is not None:
@@ -129,6 +130,19 @@ class RobotRequests:
         if before is not None:
             simulation.release(before)
         self._wrench = wrench
+
+    def request_payload(self, mass: float, center: list[float], inertia: list[float]) -> None:
+        """Attach this body instead of the previous one of such a request; the mass 0 releases it."""
+        simulation, given = self.simulation, (mass, *center, *inertia)
+        before, values = self._payload
+        if given == values:
+            return
+        if before is not None:
+            simulation.check_release(before)  # a refusal must not leave two bodies
+        body = simulation.attach(mass, center, inertia) if mass else None
+        if before is not None:
+            simulation.release(before)
+        self._payload = body, given
 
     def request_tension(self, tension: list[float], names: list[str] | None = None) -> None:
         """Command these tensions, N, from now on; an empty list returns control to the controller.

@@ -93,10 +93,8 @@ class Sample:
         arrays = {"seen": self.seen, "seen_cables": self.seen_cables}
         seen, cables = (array if name in part.writes else read_only(array) for name, array in arrays.items())
         about = parts.robot, parts.backend, parts.control_step, self.view, self.layout.has, own
-        locked = self.locked.view()
-        locked.flags.writeable = False
-        known = read_only(self.cables.held), read_only(self.sent), read_only(self.cables.limits), locked
-        return Surroundings(*about, read_only(self.state), seen, cables, *known)
+        held, sent, limits = map(read_only, (self.cables.held, self.sent, self.cables.limits))
+        return Surroundings(*about, read_only(self.state), seen, cables, held, sent, limits, read_only(self.locked))
 
     @property
     def perceived(self) -> tuple[Array, ...]:

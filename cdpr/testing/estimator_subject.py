@@ -111,8 +111,7 @@ class Measuring:
         m = robot.m
         self._time, self._command, self._limits = np.zeros(1), np.zeros(m), np.zeros((2, m))
         self._held = np.zeros(m, dtype=bool)
-        command, held = read_only(self._command), self._held.view()
-        held.flags.writeable = False
+        command, held = read_only(self._command), read_only(self._held)
         begin = read_only(of.states[0] if start is None else start)
         known = command, ("tension",) * m, command, read_only(self._limits), held
         self.inputs = EstimatorInputs(read_only(self._time), begin, *known)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from cdpr.model import Robot
-from cdpr.model.robot import Array
+from cdpr.model.robot import Array, read_only
 from cdpr.sensing import Markers, Sensor, Tension
 from cdpr.sensing.sensor import Sources
 from cdpr.tension.operations import perform
@@ -65,10 +65,7 @@ class SampleSensors:
                 at += width
                 self._finite += [(name, i) for i in range(width) if quantity.unit]
             self._values[f"{title}_age"] = np.zeros(1)
-        views = {name: values.view() for name, values in self._values.items()}
-        for view in views.values():
-            view.flags.writeable = False
-        self.measurements = MappingProxyType(views)
+        self.measurements = MappingProxyType({name: read_only(values) for name, values in self._values.items()})
 
     @property
     def quantities(self) -> list[tuple[str, int]]:

@@ -222,9 +222,7 @@ class ControllerSubject(Subject):
     def _inputs(self, robot: Robot, sensors: SampleSensors) -> ControllerInputs:
         """Return inputs of a robot without faults, whose preview is the last desired state."""
         self.limits, self.held = np.array([robot.tension_min, robot.tension_max]), np.zeros(robot.m, dtype=bool)
-        limits, held, command = self.limits.view(), self.held.view(), np.zeros(robot.m)
-        for given in (limits, held, command):
-            given.flags.writeable = False
+        limits, held, command = read_only(self.limits), read_only(self.held), read_only(np.zeros(robot.m))
         return ControllerInputs(self._preview, limits, held, command, sensors.measurements)
 
     def _preview(self, times: Array) -> Array:

@@ -43,6 +43,7 @@ class ComplementaryOptions(PluginOptions):
     )
 
 
+UNUSED = "bias", "drift", "gain", "hysteresis"  # believed errors that no estimator here corrects
 LEAST_FLOOR = 1e-12  # its square is far above the smallest normal number, so that no variance becomes 0
 Deviation = Annotated[NonNegative, Field(le=MAX_MAGNITUDE)]
 
@@ -91,7 +92,7 @@ def cdpr_estimators() -> list[PluginInfo]:
             name="forward_kinematics",
             factory="cdpr_controllers.estimators.forward_kinematics:ForwardKinematics",
             summary="pose from the encoders by forward kinematics, velocities by differences, filtered on request",
-            properties={"sensors": ("encoders",)},
+            properties={"sensors": ("encoders",), "unused_errors": UNUSED},
             options=ForwardKinematicsOptions,
             columns=(RESIDUAL,),
         ),
@@ -99,14 +100,14 @@ def cdpr_estimators() -> list[PluginInfo]:
             name="complementary",
             factory="cdpr_controllers.estimators.complementary:Complementary",
             summary="integrated IMU, corrected by a measured pose or by forward kinematics (Mahony et al. 2008)",
-            properties={"sensors": ("imu", "encoders")},
+            properties={"sensors": ("imu", "encoders"), "unused_errors": UNUSED},
             options=ComplementaryOptions,
         ),
         PluginInfo(
             name="ekf",
             factory="cdpr_controllers.estimators.ekf:Ekf",
             summary="error-state Kalman filter of the platform under the tensions as sent, with any sensors (Sola)",
-            properties={"sensors": ("encoders",), "covariance": True, "innovation": True},
+            properties={"sensors": ("encoders",), "covariance": True, "innovation": True, "unused_errors": UNUSED},
             options=EkfOptions,
         ),
     ]

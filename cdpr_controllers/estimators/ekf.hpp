@@ -45,14 +45,15 @@ template <class T> struct KalmanFilter {
     const T* deviations;     // (d), of the noise of all components
     const T* settings;       // (q), of the sensors
     T* history;  // (slots, h), of each control step, in a ring: state, covariance, tensions (m), N, that led
-                 // to it, ratios and rates of stretch (m), values (n) of all sensors, taken at it, and the use (k) of
+                 // to it, ratios and states of stretch (m), values (n) of all sensors, taken at it, and the use (k) of
                  // each sensor
     T* count;    // (1), control steps since the start
     T* state;    // (13), estimate
     T* covariance;  // (12, 12), of its errors
     T* innovation;  // (2), normalised innovation squared, and number of values; NaN and 0 without new ones
     T* taken;       // (n), work space
-    T* stretch;     // (4, m), work space: ratios and rates of stretch, then those of the step before
+    T* stretch;     // (4, m), work space: ratios and states of stretch, then those of the step before
+    T* tension;     // (2, m), N, work space: at the begin and at the end of a control period
     int64_t k;
     int64_t n;
     int64_t d;
@@ -63,7 +64,7 @@ template <class T> struct KalmanFilter {
         FilteredPlatform<T>::fields,
         "time(1), start(13), deviation(12), command(m), sensors(k, 5), values(n), arrivals(k, 2), deviations(d), "
         "settings(q), both history(slots, h), both count(1), state(13), covariance(12, 12), innovation(2), work "
-        "taken(n), work stretch(4, m), k, n, d, q, slots >= 2, h");
+        "taken(n), work stretch(4, m), work tension(2, m), k, n, d, q, slots >= 2, h");
 
     static constexpr int64_t STATE = 0, COVARIANCE = 13, TENSION = COVARIANCE + ERRORS * ERRORS;  // places in a row
 
@@ -74,6 +75,9 @@ template <class T> struct KalmanFilter {
     CDPR_INLINE int64_t of_use() const { return of_values() + n; }
     CDPR_INLINE RingRow<T> step(T at) const { return {history, slots, h, at}; }
     CDPR_INLINE const int64_t* sensor(int64_t i) const { return sensors + SensorRow::WIDTH * i; }
+
+    // Return whether encoders are used one step later, when load cells have measured the tension that stretches cables.
+    CDPR_INLINE bool waits() const { return platform.noisy && platform.elastic; }
 };
 
 CDPR_INLINE double largest(double number) { return number; }
@@ -85,8 +89,8 @@ CDPR_INLINE double largest(const Lanes& lanes) {
 }
 #endif
 
-// Store the new measurement of a sensor at the step at which it was taken; return how many steps ago that was, 0
-// without one.
+// Store the new measurement of a sensor at the step at which it was taken; return how many steps ago it changes the
+// filter, 0 without one.
 template <class T> inline T store_measurement(const KalmanFilter<T>& p, T now, int64_t i) {
     const T zero = 0.0, arrives = p.arrivals[2 * i], age = p.arrivals[2 * i + 1];
     if (!any(arrives == T(1.0))) return zero;
@@ -106,10 +110,11 @@ template <class T> inline T store_measurement(const KalmanFilter<T>& p, T now, i
         for (int64_t j = 0; j < p.platform.m; j++)
             at.put(KalmanFilter<T>::TENSION + j, p.values[place + j], acts & (ago >= T(before)));
     }
-    return ago;
+    return select(acts & (late + T(1.0) < now), ago + T(1.0), ago);  // the step that ends with them
 }
 
-// Store the inputs of the present step, and the new measurements; return how many steps ago the first one was taken.
+// Store the inputs of the present step, and the new measurements; return how many steps ago the first step to filter
+// was.
 template <class T> inline T store_inputs(const KalmanFilter<T>& p, T now) {
     constexpr int64_t TENSION = KalmanFilter<T>::TENSION;
     const Truth<T> always = true, later = now > T(0.0);
@@ -119,7 +124,7 @@ template <class T> inline T store_inputs(const KalmanFilter<T>& p, T now) {
         const T held = p.platform.noisy ? select(later, before.get(TENSION + i), T(NOT_A_NUMBER)) : p.command[i];
         present.put(TENSION + i, held, always);
     }
-    T ago = 0.0;
+    T ago = select(Truth<T>(p.waits()) & (now > T(1.0)), T(1.0), T(0.0));
     for (int64_t i = 0; i < p.k; i++) ago = larger(ago, store_measurement(p, now, i));
     return ago;
 }
@@ -129,24 +134,30 @@ template <class T> CDPR_INLINE void load(const RingRow<T>& step, int64_t first, 
     for (int64_t j = 0; j < count; j++) numbers[j] = step.get(first + j);
 }
 
+// Load the tensions at the begin and at the end of a step `late` steps ago: load cells measure the latter one step
+// later.
+template <class T> inline void load_tensions(const KalmanFilter<T>& p, T at, double late) {
+    const int64_t m = p.platform.m;
+    load(p.step(at), KalmanFilter<T>::TENSION, m, p.tension);
+    load(p.step(p.platform.noisy && late > 0.0 ? at + T(1.0) : at), KalmanFilter<T>::TENSION, m, p.tension + m);
+}
+
 // Write state and covariance of a step before its measurements.
 template <class T> inline void begin_step(const KalmanFilter<T>& p, T at) {
     using Filter = KalmanFilter<T>;
     const Truth<T> starts = !(at > T(0.0));
     const int64_t m = p.platform.m;
     if (!all(starts)) {
-        const RingRow<T> before = p.step(at - T(1.0)), present = p.step(at);
+        const RingRow<T> before = p.step(at - T(1.0));
         const T* const state = before.read(Filter::STATE, 13, p.state);
         T* const tension = p.platform.forces;
-        load(present, Filter::TENSION, m, tension);
+        for (int64_t i = 0; i < m; i++) tension[i] = T(0.5) * (p.tension[i] + p.tension[m + i]);
         if (p.platform.elastic) load(before, p.of_stretch(), 2 * m, p.stretch_before().ratio);
         advance_drums(p.platform, state, p.stretch_before(), tension, p.stretch_now());
         predict(p.platform, state, before.read(Filter::COVARIANCE, ERRORS * ERRORS, p.covariance), tension, p.state,
                 p.covariance);
-        if (p.platform.elastic) {
-            load(present, Filter::TENSION, m, tension);
-            write_stretch(p.platform, p.state, tension, p.stretch_before(), p.stretch_now());
-        }
+        if (p.platform.elastic)
+            write_stretch(p.platform, p.state, p.tension, p.tension + m, p.stretch_before(), p.stretch_now());
     }
     if (!any(starts)) return;
     for (int64_t i = 0; p.platform.elastic && i < 2 * m; i++)
@@ -159,18 +170,19 @@ template <class T> inline void begin_step(const KalmanFilter<T>& p, T at) {
 }
 
 // Use the measurements of a step, where it is one of those to filter, and store its estimate there.
-template <class T> inline void complete_step(const KalmanFilter<T>& p, T at, Truth<T> filtered) {
+template <class T> inline void complete_step(const KalmanFilter<T>& p, T at, double late, Truth<T> filtered) {
     using Filter = KalmanFilter<T>;
     const RingRow<T> present = p.step(at);
-    load(present, Filter::TENSION, p.platform.m, p.platform.forces);
+    const Truth<T> later = at > T(0.0);
+    const T *const tension = p.tension + p.platform.m, *const ratio = p.stretch_now().ratio;
     const T* const values = present.read(p.of_values(), p.n, p.taken);
     for (int64_t i = 0; i < p.k; i++) {
         const T use = present.get(p.of_use() + i);
-        const Truth<T> measured = filtered & (use != T(NOT_MEASURED));
+        Truth<T> measured = filtered & (use != T(NOT_MEASURED));
+        if (p.waits() && late == 0.0 && p.sensor(i)[SensorRow::KIND] == ENCODERS) measured = measured & !later;
         if (!any(measured)) continue;
         Correction<T> sum = {p.covariance, measured};
-        use_sensor(p.platform, p.sensor(i), p.state, p.platform.forces, at > T(0.0), p.stretch_now().ratio, values,
-                   p.deviations, p.settings, sum);
+        use_sensor(p.platform, p.sensor(i), p.state, tension, later, ratio, values, p.deviations, p.settings, sum);
         sum.apply(p.state);
         const Truth<T> counts = measured & (use == T(ARRIVED)) & (sum.count > T(0.0));
         T &square = p.innovation[0], &count = p.innovation[1];
@@ -194,8 +206,9 @@ template <class T> inline int kalman_filter(KalmanFilter<T>& p) {
     const T ago = store_inputs(p, now);
     for (double late = largest(ago); late >= 0.0; late -= 1.0) {
         const T at = now - T(late);
+        load_tensions(p, at, late);
         begin_step(p, at);
-        complete_step(p, at, ago >= T(late));
+        complete_step(p, at, late, ago >= T(late));
     }
     return 0;
 }

@@ -66,7 +66,7 @@ class Ekf(SnapshotOfArrays, Estimator):
         _check_cables(robot, self._used)
         used = [each.sensor for each in self._used]
         tables = sensor_tables(used, robot.m, options.noise_floor)
-        slots = 2 + max(_late(each, control_step) for each in used)
+        slots = 3 + max(_late(each, control_step) for each in used)  # one more for load cells
         width = STATE_NUMBERS + 3 * robot.m + tables.values + len(used)
         self._values, self._arrivals = np.zeros(tables.values), np.zeros((len(used), 2))
         self._history, self._count = np.zeros((slots, width)), np.zeros(1)

@@ -8,7 +8,8 @@ namespace cdpr::CDPR_TARGET {
 // Stretch of a cable. It hardly depends on the pose, so it keeps its value while measurements correct the pose.
 template <class T> struct CableStretch {
     T* ratio;  // length per unwound length; NaN before the first tension acts
-    T* rate;   // m/s, rate of the length minus that of the unwound length
+    T* state;  // on a drum with a state: rate of the length minus that of the unwound length, m/s; with load cells: the
+               // length minus the unwound length, m
 };
 
 // Drum and span of a cable whose length changes at a constant rate.
@@ -59,16 +60,17 @@ template <class T> struct StretchedCable {
         return total / T(double(SUBSTEPS));
     }
 
-    // Return the stretch a control period, s, later under a measured tension, N, by the linearised backward Euler rule:
-    // the damping of a cable delays the stretch behind the tension. Cables without tension take the stretch at rest.
-    CDPR_INLINE T followed(double period, T measured, T ratio) const {
-        const T zero = 0.0, unwound = length / ratio, held = tension(unwound, zero);
-        const T damping = tension(unwound, T(1.0)) - held;
+    // Return the stretch, m, a control period, s, after the given one, while the tension, N, changes evenly: the
+    // damping d of a cable delays the stretch behind the tension. That of a linear differential equation with the
+    // exponential exp(-h k / d) as 1 / (1 + x + x^2 / 2), x = h k / d. A slack cable takes the stretch at rest.
+    CDPR_INLINE T follow_tension(double period, T begin, T end, T stretch) const {
+        const T zero = 0.0, half = 0.5, unwound = length - stretch, held = tension(unwound, zero);
+        const T d = tension(unwound, T(1.0)) - held;
         const T stiffness = (tension(unwound - T(LENGTH_STEP), zero) - held) / T(LENGTH_STEP);
-        const T resistance = damping + T(period) * stiffness;
-        const T more = T(period) * (measured - held) / resistance;
-        const T at_rest = length / rest(chain.span_kind(), chain.span(), length, measured);
-        return select(resistance > zero, length / (unwound - more), at_rest);
+        const T hk = T(period) * stiffness, whole = d * d + d * hk + half * hk * hk;
+        const T more = (d + half * hk) * hk * (begin - held) + half * (d + hk) * hk * (end - begin);
+        const T at_rest = length - rest(chain.span_kind(), chain.span(), length, end);
+        return select(stiffness > zero, stretch + more / (whole * stiffness), at_rest);
     }
 };
 
@@ -87,10 +89,10 @@ template <class T> inline void advance_drums(const FilteredPlatform<T>& p, const
         const Truth<T> starts = before.ratio[i] != before.ratio[i];  // at the first tension, with constant stretch
         T unwound = select(starts, rest(chain.span_kind(), chain.span(), p.length[i], tension[i]),
                            p.length[i] / before.ratio[i]);
-        T speed = (select(starts, T(0.0), before.rate[i]) - p.rate[i]) / chain.per_turn(unwound);
+        T speed = (select(starts, T(0.0), before.state[i]) - p.rate[i]) / chain.per_turn(unwound);
         tension[i] = select(acts, cable.advance_drum(p.period, unwound, speed), tension[i]);
         after.ratio[i] = unwound;
-        after.rate[i] = speed;
+        after.state[i] = speed;
     }
 }
 
@@ -101,31 +103,36 @@ template <class T> CDPR_INLINE T unwound_at(const FilteredPlatform<T>& p, T tens
 }
 
 // Write the stretch of cables at a predicted state: that of their drums, that which follows a measured tension, or that
-// at rest under the tension of a winch that moves with its cable. `tension`: N, commands or measured.
-template <class T> inline void write_stretch(const FilteredPlatform<T>& p, const T* state, const T* tension,
+// at rest under the tension of a winch that moves with its cable. `begin` and `end` of the period: commands or measured
+// tensions, N.
+template <class T> inline void write_stretch(const FilteredPlatform<T>& p, const T* state, const T* begin, const T* end,
                                              CableStretch<T> before, CableStretch<T> after) {
-    const T zero = 0.0;
-    const Truth<T> driven = Truth<T>(p.driven != 0) & (tension[0] == tension[0]);
+    const Truth<T> driven = Truth<T>(p.driven != 0) & (begin[0] == begin[0]);
     Geometry<T> cables = {p.lines, state, p.matrix, p.length, p.rate, p.m, p.w};
     geometry(cables);
     for (int64_t i = 0; i < p.m; i++) {
         const ChainRow<T> chain = chain_row(p.chains, i);
-        T ratio = before.ratio[i], rate = 0.0;
+        const T length = p.length[i], old = before.state[i];
+        T ratio = before.ratio[i], own_state = old;
         if (on_drum(p, chain)) {
-            ratio = p.length[i] / after.ratio[i];
-            rate = p.rate[i] + chain.per_turn(after.ratio[i]) * after.rate[i];
+            own_state = p.rate[i] + chain.per_turn(after.ratio[i]) * after.state[i];
+            ratio = length / after.ratio[i];
         } else if (chain.stretches()) {
             const T own[MOST_STATES] = {};
-            const T pull = p.noisy ? tension[i] : chain.held(own, tension[i], p.length[i], p.rate[i], zero).tension;
-            ratio = p.length[i] / unwound_at(p, pull, i);
+            const T pull = p.noisy ? end[i] : chain.held(own, end[i], length, p.rate[i], T(0.0)).tension;
+            const T unwound = unwound_at(p, pull, i);
+            own_state = length - unwound;
+            ratio = length / unwound;
             if (p.noisy && has_stretch_state(chain)) {
-                const StretchedCable<T> cable = {chain, zero, p.length[i], p.rate[i]};
-                const T old = before.ratio[i];
-                ratio = select(old == old, cable.followed(p.period, tension[i], old), ratio);
+                const StretchedCable<T> cable = {chain, T(0.0), length, p.rate[i]};
+                const Truth<T> known = old == old;
+                const T found = cable.follow_tension(p.period, begin[i], end[i], old);
+                own_state = select(known, found, own_state);
+                ratio = select(known, length / (length - found), ratio);
             }
         }
         after.ratio[i] = select(driven, ratio, before.ratio[i]);
-        after.rate[i] = select(driven, rate, zero);
+        after.state[i] = select(driven, own_state, old);
     }
 }
 

@@ -111,7 +111,7 @@ template <class T> struct Correction {
 };
 
 // Measured tensions up to this multiple of their standard deviation may be those of slack cables.
-constexpr double SLACK = 3.0;
+constexpr double NEARLY_SLACK = 3.0;
 
 // Use measured unwound lengths, with these lengths per unwound length where `stretched`; not at the start, where
 // encoders measure the lengths of the cables. The unwound lengths of slack cables are not known from their tensions, N.
@@ -127,7 +127,7 @@ template <class T> inline void use_encoders(const FilteredPlatform<T>& p, const 
         Truth<T> known = true;
         if (any(stretched) && chain_row(p.chains, i).stretches()) {
             Truth<T> taut = ratio[i] == ratio[i];  // elsewhere no tension has been measured yet
-            if (p.noisy) taut = taut & !(tension[i] <= T(SLACK) * p.cells[i]);
+            if (p.noisy) taut = taut & !(tension[i] <= T(NEARLY_SLACK) * p.cells[i]);
             known = (!stretched) | taut;
             unwound = select(stretched, unwound / ratio[i], unwound);
             if (p.noisy) {

@@ -72,7 +72,8 @@ def tensions(poses, **friction):
     cables = tuple(replace(each, exit=Pulley(radius=RADIUS, axis=tuple(AXIS), **friction)) for each in robot.cables)
     body, tension, found = np.zeros(13), np.zeros(M), np.zeros((len(states), M))
     lines = line_table(replace(robot, cables=cables))
-    read = bind("exit_tensions", lines=lines, body=body, command=np.ones(M), tension=tension)
+    last = np.zeros(2 * M + 20)
+    read = bind("exit_tensions", lines=lines, body=body, command=np.ones(M), tension=tension, last=last)
     for state, row in zip(states, found, strict=True):
         body[:] = state
         read()

@@ -35,10 +35,17 @@ def rubbing(rng, count, m):
     push = {"external": external, "offset": numbers(rng, count, 7), "inertial": numbers(rng, count, 4)}
     moving = {"body": body, "momentum": numbers(rng, count, 3), "cable_work": numbers(rng, count, 1)}
     moving["highest"] = np.abs(numbers(rng, count, m))
+    moving["last"] = np.full((count, 2 * m + 20), np.nan)
     step = {"lines": lines, "gravity": gravity, "command": command, **push}
     return [
         ("friction_step", step, moving, {"state": 13}, {"step": STEP, "steps": 2}),
-        ("exit_tensions", {"lines": lines, "body": body, "command": command}, {}, {"tension": m}, {}),
+        (
+            "exit_tensions",
+            {"lines": lines, "body": body, "command": command},
+            {},
+            {"tension": m, "last": 2 * m + 20},
+            {},
+        ),
     ]
 
 

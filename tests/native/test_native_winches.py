@@ -68,6 +68,8 @@ def plants(rng, kinds, pulleys, free, geared=False):
         "beside": np.zeros((EACH, 6)),
         "place": np.zeros((EACH, 7)),
         "at_winch": np.ones((EACH, M)),
+        "runs": numbers(rng, EACH, M, 10),
+        "seen": np.full((EACH, 13), np.nan),
     }
     exits = np.arange(M) % 2 if pulleys else np.zeros(M)
     given["brakes"] = rng.choice([-1.0, -1.0, 0.0, 5.0], (EACH, M))

@@ -89,6 +89,7 @@ def test_believed_values_replace_the_true_ones():
         ({"delay": 0.001}, "believed.delay: must be that of the sensor"),
         ({"period": 0.001}, "believed.period: must be that of the sensor"),
         ({"type": "pose"}, "believed.type: must be that of the sensor"),
+        ({"dropout": 0.1}, "believed.dropout: has no effect: estimators know which measurements have arrived; remove"),
     ],
 )
 def test_invalid_believed_values_are_reported(believed, text):

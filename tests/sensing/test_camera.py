@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import os
 import subprocess
 import sys
 from functools import partial
@@ -16,6 +17,7 @@ from rosbags.typesys import Stores, get_typestore
 from scipy.spatial.transform import Rotation
 
 import cdpr
+from cdpr.log.image_file import complete_images, stored_images
 from cdpr.log.images import cameras_of, images, png
 from cdpr.sensing import rendering
 from cdpr.ui.live.messages import Messages
@@ -191,6 +193,37 @@ def test_repair_renders_the_images_of_a_killed_run(tmp_path, left):
     log.write_bytes(log.read_bytes()[:-20])  # as of a run that was killed at its end
     assert f"{images_file}: rendered" in command().stdout
     assert images_file.read_bytes() == whole
+
+
+def flipped(data, place):
+    data = bytearray(data)
+    data[place] ^= 1
+    return bytes(data)
+
+
+def test_foreign_and_damaged_images_are_rendered_again(tmp_path):
+    usable("auto")
+    small = {**SHORT, "sensors.0.size": [32, 24], "sensors.1.size": [32, 24], "log.step": 0.1}
+    run = cdpr.simulate(SCENARIO, overrides=small, out=str(tmp_path / "run"))
+    other = {**small, "initial.position": [0.0, 0.0, 1.0]}  # with the same topics and times
+    cdpr.simulate(SCENARIO, overrides=other, out=str(tmp_path / "other"))
+    file = tmp_path / "run" / "images.mcap"
+    whole = file.read_bytes()
+
+    def usable_images():
+        with stored_images(run) as reader:
+            return reader is not None
+
+    assert usable_images()
+    of_other = (tmp_path / "other" / "images.mcap").read_bytes()
+    for left in (flipped(whole, len(whole) // 2), flipped(whole, -60), flipped(whole, -3), whole[:-9], of_other):
+        file.write_bytes(left)
+        assert not usable_images()
+    file.unlink()
+    os.mkfifo(file)  # which no one writes
+    assert not usable_images()
+    assert complete_images(run) == file
+    assert file.read_bytes() == whole
 
 
 def test_png_holds_the_pixels():

@@ -310,3 +310,14 @@ def test_resolved_scenarios_contain_the_estimator():
     text = loaded("forward_kinematics").resolved_yaml()
     assert "estimator:\n  type: forward_kinematics\n  filter_time: 0.0" in text
     assert "estimator" not in cdpr.load_scenario(CAROCA).resolved_yaml()
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_believed_errors_that_no_estimator_uses_are_rejected(estimator):
+    sensors = [{**ENCODERS[0], "believed": {"length": {"noise": 2e-4}}}, ENCODERS[1]]
+    assert loaded(estimator, sensors).estimator is not None
+    for key in ("bias", "drift", "gain"):
+        given = [{**ENCODERS[0], "believed": {"length": {key: 0.1}}}, ENCODERS[1]]
+        text = rf"sensors\[0\].believed.length.{key}: the estimator '{estimator}' does not use it: remove this key"
+        with pytest.raises(CdprError, match=text):
+            run(estimator, given)

@@ -7,12 +7,14 @@
 #pragma once
 
 #include <cdpr/cables/exit_result.hpp>
+#include <cdpr/elementary.hpp>
 
 namespace cdpr::CDPR_TARGET {
 
 struct Pulley {
     static constexpr int RADIUS = 0, AXIS = 1, SIDE = 4, COUNT = 7;
     static constexpr int GROOVE = 7, BEARING = 8, STEEPNESS = 9, COUNT_WITH_FRICTION = 10;
+    static constexpr double NO_SLIP = 100.0;  // mu of a groove in which no cable slips
 
     // The wrap angle is counted from minus a quarter turn: round-off about 0 is no full turn.
     static constexpr double TURN = 6.283185307179586, FIRST = -1.5707963267948966;
@@ -47,7 +49,8 @@ struct Pulley {
         const Truth<T> beyond = (at.z < T(0.0)) & (at.sine < T(0.0)) & (at.cosine > T(0.0));
         const T angle = select(beyond, T(NOT_A_NUMBER), angle_of(at.sine, at.cosine));
         const T wrap = select(angle >= T(FIRST), angle, angle + TURN);
-        return {point(anchor, numbers, at), numbers[RADIUS] * wrap, wrap};
+        return {point(anchor, numbers, at), numbers[RADIUS] * wrap, select(beyond, T(NOT_A_NUMBER), at.sine),
+                at.cosine};
     }
 
     // Return the velocity of that point while the tip moves with V, m/s: the tangent turns with the component of V
@@ -65,17 +68,27 @@ struct Pulley {
     }
 
     // Return the tension towards the winch, as a multiple of that towards the platform, of a cable that moves towards
-    // the platform at a speed, m/s. The groove slips or the bearing turns, whichever takes less.
-    template <class T> static CDPR_INLINE T friction(const T* numbers, T wrap, T speed) {
-        const T angle = larger(wrap, T(0.0));  // round-off
-        const T share = hyperbolic_tangent(numbers[STEEPNESS] * speed);
-        const T slips = exponential(-share * numbers[GROOVE] * angle);
-        const Truth<T> wheel = numbers[BEARING] < T(1.0);
-        if (!any(wheel)) return slips;
-        const T k = share * numbers[BEARING];
-        const T x = k * sine(0.5 * angle) / square_root((1.0 - k) * (1.0 + k)), root = square_root(1.0 + x * x) - x;
-        const T turns = root * root;
-        return select(wheel, select(speed > T(0.0), larger(slips, turns), smaller(slips, turns)), slips);
+    // the platform at a speed, m/s, from sine and cosine of the wrap angle. The groove slips or the bearing turns,
+    // whichever takes less.
+    template <class T> static CDPR_INLINE T friction(const T* numbers, T sine, T cosine, T speed) {
+        const T share = elementary::hyperbolic_tangent(numbers[STEEPNESS] * speed);
+        const Truth<T> wheel = numbers[BEARING] < T(1.0), groove = numbers[GROOVE] < T(NO_SLIP);
+        T turns = 1.0;
+        if (any(wheel)) turns = turning(share * numbers[BEARING], sine, cosine);
+        if (!any(groove)) return turns;
+        const T angle = elementary::angle_of_turn(sine, cosine);
+        const T slips = elementary::exponential(-share * numbers[GROOVE] * angle);
+        const T less = select(speed > T(0.0), larger(slips, turns), smaller(slips, turns));
+        return select(wheel, select(groove, less, turns), slips);
+    }
+
+    // Return that multiple for a bearing that turns: with x as in the docstring, (sqrt(1 + x^2) - x)^2.
+    template <class T> static CDPR_INLINE T turning(T k, T sine, T cosine) {
+        const T root = square_root(0.5 + 0.5 * absolute(cosine));  // cosine of half the angle, or its sine
+        const T half = select(cosine > T(0.0), larger(0.5 * sine / root, T(0.0)), root);
+        const T rest = (1.0 - k) * (1.0 + k), across = k * half;
+        const T high = square_root(rest + across * across) - across;
+        return high * high / rest;
     }
 
     template <class T> static CDPR_INLINE Vector<T> point(Vector<T> anchor, const T* numbers, Plane<T> at) {

@@ -14,6 +14,8 @@ from cdpr.log.topics import WORLD
 from cdpr.simulation.requests import Request
 
 TARGET, WRENCH, TENSION, WINCH = "/cdpr/target_pose", "/cdpr/wrench", "/cdpr/tension", "/cdpr/winch_command"
+PAYLOAD = "/cdpr/payload"
+PLATFORM = "platform"  # frame of a payload
 MOST = 65536  # maximum size of a message, bytes
 
 
@@ -60,7 +62,7 @@ def bounded(data: bytes) -> bytes:
 
 
 def _target(message: dict[str, Any]) -> Request:
-    _in_world(message)
+    _in_frame(message, WORLD)
     pose = _part(message, "pose")
     x, y, z, w = _numbers(_part(pose, "orientation"), "orientation", "xyzw")
     length = math.hypot(x, y, z, w)
@@ -74,10 +76,28 @@ def _target(message: dict[str, Any]) -> Request:
 
 
 def _wrench(message: dict[str, Any]) -> Request:
-    _in_world(message)
+    _in_frame(message, WORLD)
     wrench = _part(message, "wrench")
     force, torque = (_numbers(_part(wrench, name), name, "xyz") for name in ("force", "torque"))
     return Request("wrench", {"force": force, "moment": torque})
+
+
+def _payload(message: dict[str, Any]) -> Request:
+    """Return the request of a payload; with the mass 0, of none."""
+    _in_frame(message, PLATFORM)
+    part = _part(message, "inertia")
+    if "m" not in part:
+        raise ValueError("inertia.m: required but not given: the mass (kg), or 0 to release the payload")
+    mass, center = _number(part["m"], "inertia.m"), _numbers(_part({"com": {}, **part}, "com"), "com", "xyz")
+    entries = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+    return Request(
+        "payload",
+        {
+            "mass": mass,
+            "center": center,
+            "inertia": [_number(part.get(entry, 0.0), f"inertia.{entry}") for entry in entries],
+        },
+    )
 
 
 def _tension(message: dict[str, Any]) -> Request:
@@ -100,21 +120,22 @@ def _winch(message: dict[str, Any]) -> Request:
     return Request("winch_command", {"names": _names(message), **values})
 
 
-KNOWN = {TARGET: _target, WRENCH: _wrench, TENSION: _tension, WINCH: _winch}
+KNOWN = {TARGET: _target, WRENCH: _wrench, TENSION: _tension, WINCH: _winch, PAYLOAD: _payload}
 KINDS = {
     TARGET: "geometry_msgs/PoseStamped",
     WRENCH: "geometry_msgs/WrenchStamped",
     TENSION: "sensor_msgs/JointState",
     WINCH: "sensor_msgs/JointState",
+    PAYLOAD: "geometry_msgs/InertiaStamped",
 }
 
 
-def _in_world(message: dict[str, Any]) -> None:
-    """Raise ValueError if a stamped message refers to another frame than the world frame."""
+def _in_frame(message: dict[str, Any], expected: str) -> None:
+    """Raise ValueError if a stamped message refers to another frame than the expected one."""
     header = message.get("header")
     frame = header.get("frame_id", "") if isinstance(header, dict) else ""
-    if frame not in ("", WORLD):
-        raise ValueError(f"header.frame_id: expected {WORLD!r}, or none, got {shown(frame)}")
+    if frame not in ("", expected):
+        raise ValueError(f"header.frame_id: expected {expected!r}, or none, got {shown(frame)}")
 
 
 def _part(message: dict[str, Any], name: str) -> dict[str, Any]:

@@ -11,10 +11,11 @@ from fake_clock import FakeClock
 
 import cdpr
 from cdpr.base.errors import CdprError
+from cdpr.log.ros2 import encode
 from cdpr.simulation.requests import Request, Requests
 from cdpr.ui.live import messages
 from cdpr.ui.live.drive import drive
-from cdpr.ui.live.received_messages import TARGET, WRENCH, request_of
+from cdpr.ui.live.received_messages import PAYLOAD, TARGET, WRENCH, request_of
 
 FAST = 1e6  # times real time: never waits
 SLICE = 0.01  # s, of the samples at which the link is shown one
@@ -214,3 +215,57 @@ def test_messages_are_of_the_world():
     assert stamped(WRENCH, "", wrench=push).values == wanted
     with pytest.raises(CdprError, match="expected 'world', or none, got 'platform'"):
         stamped(WRENCH, "platform", wrench=push)
+
+
+def payload(mass, **more):
+    message = {"inertia": {"m": mass, "com": {"z": -0.1}, "ixx": 0.1, "iyy": 0.2, "izz": 0.25, "ixy": 0.01, **more}}
+    return request_of(PAYLOAD, "json", json.dumps(message).encode())
+
+
+def test_a_payload_takes_the_place_of_the_one_before_and_the_session_repeats_it(tmp_path):
+    asked = [(9, payload(2.0)), (29, payload(3.0)), (39, payload(3.0)), (59, payload(0.0)), (69, payload(0.0))]
+    link = Script(asked)
+    run = drive(scenario(0.1), link, out=str(tmp_path / "run"), speed=FAST, rate=1.0 / SLICE)
+    assert link.said == []
+    found = [(event.mass, event.center, event.inertia) for event in events_of(tmp_path)]
+    tensor = (0.1, 0.2, 0.25, 0.01, 0.0, 0.0)
+    assert found == [(2.0, (0.0, 0.0, -0.1), tensor), (3.0, (0.0, 0.0, -0.1), tensor)]
+    assert [(round(event.time, 6), round(event.until, 6)) for event in run.events] == [(0.01, 0.03), (0.03, 0.06)]
+    assert cdpr.simulate(tmp_path / "run" / "session.yaml").rows.tobytes() == run.rows.tobytes()
+
+
+def events_of(folder):
+    return cdpr.load_scenario(folder / "run" / "session.yaml").events
+
+
+def test_an_impossible_payload_keeps_the_one_before(tmp_path):
+    link = Script([(9, payload(2.0)), (29, payload(3.0, izz=5.0))])
+    run = drive(scenario(0.1), link, out=str(tmp_path / "run"), speed=FAST, rate=1.0 / SLICE)
+    assert "the largest exceeds the sum of the two others" in link.said[0]
+    assert [event.mass for event in events_of(tmp_path)] == [2.0]
+    assert run.events[0].until is None or run.events[0].until == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize(
+    ("message", "text"),
+    [
+        ({}, "/cdpr/payload: inertia: required but not given"),
+        ({"inertia": {}}, "/cdpr/payload: inertia.m: required but not given: the mass"),
+        ({"inertia": {"m": 1.0, "ixx": "1"}}, "/cdpr/payload: inertia.ixx: expected a finite number, got '1'"),
+        (
+            {"header": {"frame_id": "world"}, "inertia": {"m": 1.0}},
+            "/cdpr/payload: header.frame_id: expected 'platform', or none, got 'world'",
+        ),
+    ],
+)
+def test_invalid_payloads(message, text):
+    with pytest.raises(CdprError, match=text):
+        request_of(PAYLOAD, "json", json.dumps(message).encode())
+
+
+def test_payloads_in_ros_messages():
+    inertia = {"m": 2.0, "com": {"x": 0.1, "y": 0.2, "z": 0.3}}
+    inertia |= dict(zip(("ixx", "ixy", "ixz", "iyy", "iyz", "izz"), np.arange(1.0, 7.0).tolist(), strict=True))
+    data, _ = encode("geometry_msgs/InertiaStamped", {"header": {"frame_id": "platform"}, "inertia": inertia})
+    values = request_of(PAYLOAD, "cdr", data).values
+    assert values == {"mass": 2.0, "center": [0.1, 0.2, 0.3], "inertia": [1.0, 4.0, 6.0, 2.0, 3.0, 5.0]}

@@ -121,7 +121,7 @@ def test_all_that_the_node_has_is_declared(port):
             kind = token[10].replace("::dds_::", "::").replace("::", "/").removesuffix("_")
             assert token[11] == TYPES.hash_rihs01(kind)
     assert held["NN"] == {""}
-    assert held["MS"] == {"%cdpr%target_pose", "%cdpr%wrench", "%cdpr%tension", "%cdpr%winch_command"}
+    assert held["MS"] == {"%cdpr%target_pose", "%cdpr%wrench", "%cdpr%tension", "%cdpr%winch_command", "%cdpr%payload"}
     assert {"%clock", "%tf", "%cdpr%platform%pose", "%cdpr%cable_states", "%cdpr%markers"} <= held["MP"]
     triggers = {f"%cdpr%{name}" for name in ("pause", "resume", "step", "reset", "stop")}
     asked = ("describe_parameters", "get_parameters", "get_parameter_types", "list_parameters", "set_parameters")

@@ -27,7 +27,7 @@ static cdpr::Plant<double> evaluate_winches(const Model& model) {
     ahead.cable_work = s.cable_work;
     ahead.beside = s.beside;
     ahead.place = s.place;
-    plant_geometry(ahead);
+    place_cables(ahead, cdpr::RestingAnchors());
     cdpr::PlatformDynamics<double> dynamics;
     write_tensions(ahead, dynamics);
     return ahead;

@@ -24,6 +24,8 @@ constexpr int PART = 4;
 constexpr int PART = 2;
 #endif
 constexpr int PARTS = WIDTH / PART;
+// Loops over the parts are unrolled: with -O2 g++ would keep them, and numbers in memory, which takes 7 times as long
+// in registers of two.
 
 typedef double Part __attribute__((vector_size(8 * PART), aligned(8), may_alias));
 typedef int64_t PartMask __attribute__((vector_size(8 * PART), aligned(8), may_alias));  // -1 where true
@@ -33,10 +35,12 @@ struct Mask {
 
     Mask() = default;
     CDPR_INLINE Mask(bool same) {
+#pragma GCC unroll 4
         for (int i = 0; i < PARTS; i++) part[i] = PartMask{} - int64_t(same);
     }
     CDPR_INLINE Mask(const Mask& other) { *this = other; }
     CDPR_INLINE Mask& operator=(const Mask& other) {  // as for Lanes
+#pragma GCC unroll 4
         for (int i = 0; i < PARTS; i++) part[i] = other.part[i];
         return *this;
     }
@@ -50,13 +54,16 @@ struct Lanes {
     Lanes() = default;
     // Register by register: g++ would copy 16 bytes at a time, and loading a register would wait for these.
     CDPR_INLINE Lanes(const Lanes& other) {
+#pragma GCC unroll 4
         for (int i = 0; i < PARTS; i++) part[i] = other.part[i];
     }
     CDPR_INLINE Lanes& operator=(const Lanes& other) {
+#pragma GCC unroll 4
         for (int i = 0; i < PARTS; i++) part[i] = other.part[i];
         return *this;
     }
     CDPR_INLINE Lanes(double same) {
+#pragma GCC unroll 4
         for (int i = 0; i < PARTS; i++) part[i] = same - Part{};  // keeps the sign of zero
     }
 
@@ -67,6 +74,7 @@ struct Lanes {
 // Read eight numbers of an array at a distance of `stride`.
 CDPR_INLINE Lanes gather(const double* first, int64_t stride) {
     Lanes found;
+#pragma GCC unroll 4
     for (int i = 0; i < PARTS; i++) {
         Part part;
         for (int k = 0; k < PART; k++) part[k] = first[(PART * i + k) * stride];
@@ -77,21 +85,25 @@ CDPR_INLINE Lanes gather(const double* first, int64_t stride) {
 
 // Write eight consecutive numbers of an array.
 CDPR_INLINE void scatter(const Lanes& lanes, double* array) {
+#pragma GCC unroll 4
     for (int i = 0; i < PARTS; i++) *reinterpret_cast<Part*>(array + PART * i) = lanes.part[i];
 }
 
 template <class Function> CDPR_INLINE Lanes each_part(Function function, const Lanes& a, const Lanes& b) {
     Lanes found;
+#pragma GCC unroll 4
     for (int i = 0; i < PARTS; i++) found.part[i] = function(a.part[i], b.part[i]);
     return found;
 }
 template <class Function> CDPR_INLINE Mask compare(Function function, const Lanes& a, const Lanes& b) {
     Mask found;
+#pragma GCC unroll 4
     for (int i = 0; i < PARTS; i++) found.part[i] = function(a.part[i], b.part[i]);
     return found;
 }
 template <class Function> CDPR_INLINE Mask combine(Function function, const Mask& a, const Mask& b) {
     Mask found;
+#pragma GCC unroll 4
     for (int i = 0; i < PARTS; i++) found.part[i] = function(a.part[i], b.part[i]);
     return found;
 }
@@ -156,9 +168,14 @@ CDPR_INLINE bool any(const Mask& mask) {
 }
 CDPR_INLINE bool all(const Mask& mask) { return !any(!mask); }
 
+CDPR_INLINE Part select(const PartMask& mask, const Part& a, const Part& b) {
+    if constexpr (PART > 2) return mask ? a : b;
+    return (Part)((mask & (PartMask)a) | (~mask & (PartMask)b));  // g++ 12 fails on conditions of two numbers
+}
 CDPR_INLINE Lanes select(const Mask& mask, const Lanes& a, const Lanes& b) {
     Lanes found;
-    for (int i = 0; i < PARTS; i++) found.part[i] = mask.part[i] ? a.part[i] : b.part[i];
+#pragma GCC unroll 4
+    for (int i = 0; i < PARTS; i++) found.part[i] = select(mask.part[i], a.part[i], b.part[i]);
     return found;
 }
 CDPR_INLINE Lanes select(bool condition, const Lanes& a, const Lanes& b) { return condition ? a : b; }

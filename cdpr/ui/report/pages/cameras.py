@@ -55,7 +55,7 @@ def shown_images(run: Run, most: int = MOST_BYTES) -> list[ShownImages]:
     from cdpr.log.images import cameras_of
 
     cameras = cameras_of(run.header)
-    with stored_images(run.folder) as reader:
+    with stored_images(run) as reader:
         return [_shown(run, camera, reader, most // len(cameras)) for camera in cameras]
 
 
