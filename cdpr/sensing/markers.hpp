@@ -9,13 +9,14 @@ namespace cdpr::CDPR_TARGET {
 constexpr double MARKER_DEPTH = 1e-4;
 
 // Rotation and translation from the axes of a body to those of the world.
-struct Placement {
-    Vector<double> place;
-    Quaternion<double> attitude;
+template <class T> struct PlacementOf {
+    Vector<T> place;
+    Quaternion<T> attitude;
 
-    CDPR_INLINE Vector<double> outwards(Vector<double> x) const { return place + rotate(attitude, x); }
-    CDPR_INLINE Vector<double> inwards(Vector<double> x) const { return rotate(conjugate(attitude), x - place); }
+    CDPR_INLINE Vector<T> outwards(Vector<T> x) const { return place + rotate(attitude, x); }
+    CDPR_INLINE Vector<T> inwards(Vector<T> x) const { return rotate(conjugate(attitude), x - place); }
 };
+using Placement = PlacementOf<double>;
 
 struct Markers {
     const double* state;    // (13), of the platform

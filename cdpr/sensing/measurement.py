@@ -90,11 +90,13 @@ def measurements(sensor: Sensor, truth: ArrayLike, step: float, seed: int = 0) -
         raise CdprError(f"truth: expected an array (K, n) of the sensor's n values, got shape {truth.shape}")
     settings, memory = kernel_arguments(sensor, cables, step)
     values, measured, age = np.zeros(width), np.zeros(width), np.zeros(1)
-    given = {"truth": values, "stream": Stream(seed, f"sensors.{sensor.title}").state, "measured": measured, "age": age}
+    stream, time = Stream(seed, f"sensors.{sensor.title}").state, np.zeros(1)
+    given = {"truth": values, "stream": stream, "time": time, "measured": measured, "age": age}
     measure = bind("measure", **given, **settings, **memory)
     held, ages = np.empty_like(truth), np.empty(len(truth))
     for k, row in enumerate(truth):
         values[:] = row
-        measure(k * step)
+        time[0] = k * step
+        measure()
         held[k], ages[k] = measured, age[0]
     return held, ages

@@ -130,21 +130,22 @@ class Estimation(LoopPart):
         """Make the estimator, and its operations."""
         scenario, view = self._scenario, surroundings.view
         models, arrivals = [], []
+        time = view("time")
         self.arrays = ()
         for sensor in measuring(scenario.sections.sensors):
             names = [column.name for column in sensor.columns]
             measured, age = view(names[0], names[-2]), view(names[-1])
             before, fresh = np.zeros(1), np.zeros(1)
             models.append(SensorModel(sensor.nominal, read_only(measured), read_only(age), read_only(fresh)))
-            arrived = bind("arrived", age=age, before=before, fresh=fresh, step=surroundings.step)
-            arrivals.append(Operation("estimator", arrived, timed=True))
+            about = {"age": age, "time": time, "step": surroundings.step}
+            arrivals.append(Operation("estimator", bind("arrived", **about, before=before, fresh=fresh)))
             self.arrays += (before, fresh)
         nominal = scenario.nominal or scenario.robot
         self.estimator = estimator = _make(self._entry, nominal, scenario, models)
         owned = {column.name: view(column.name) for column in self._entry.info.columns}
         if owned:
             estimator.log(owned)
-        time, start = np.zeros(1), np.zeros(13)
+        start = np.zeros(13)
         command = view("winch_command") if surroundings.has("drums") else surroundings.sent
         known = read_only(time), read_only(start), read_only(command), tuple(commands_of(scenario.robot))
         limits, locked = read_only(surroundings.limits), read_only(surroundings.locked)
@@ -156,11 +157,11 @@ class Estimation(LoopPart):
             if assumed.orientation is not None:
                 given[3:] = assumed.orientation.quaternion()
         begin = bind("start_estimate", state=surroundings.state, given=given, time=time, start=start)
-        self.arrays += (time, start)
+        self.arrays += (start,)
         out = view("estimated_position", "estimated_angular_velocity")
         self._operations = [
             *arrivals,
-            Operation("estimator", begin, timed=True),
+            Operation("estimator", begin),
             *self._estimating(out),
             Operation("estimator", bind("not_unit", estimate=out), self._refuse_attitude(out[3:7])),
             Operation("estimator", bind("copy", source=out, target=surroundings.seen)),

@@ -141,7 +141,8 @@ class ExportedSensors:
             about = {"matrix": live.W, "length": unread[1], "rate": unread[2]}
             after.append(Call(bind("geometry", lines=lines, state=self.seen, **about)))
         sent = Call(bind("copy", source=live.tension, target=self.sent))
-        found = _used([sent, *self._observing()], [*before, *after, *later])
+        stamp = Call(bind("stamp", row=self._view("time")))
+        found = _used([stamp, sent, *self._observing()], [*before, *after, *later])
         written = _spans(found, ("out", "both"))
         self._outputs = [
             Measured(column, self._view(column.name))

@@ -159,9 +159,9 @@ class Loop:
         self.write_to(rows)
         self.last = last
         self.pipeline.place = 0, 0, 0.0, 0
+        self.row[0] = 0.0
         self.observe()
         self.pipeline.due = self.schedule.begin()
-        self.row[0] = 0.0
         if self.pipeline.due == 0:
             self._happen()
         if self.winding.needs_start:
@@ -349,9 +349,9 @@ class Loop:
             *self._moving,
             *(each for part in parts.more for each in part.moved()),
             *reading_clock,
+            Operation("time", bind("stamp", row=self.row), timed=True),
             *self._looking,
             *checking_clock,
-            Operation("time", bind("stamp", row=self.row), timed=True),
             Operation("events", self._happen, due=True),
             Operation("trajectory", self.sample, timed=True),
         ]

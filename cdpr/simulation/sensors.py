@@ -142,8 +142,9 @@ class Sensors(LoopPart):
             measured, age = surroundings.view(names[0], names[-2]), surroundings.view(names[-1])
             settings, memory = kernel_arguments(sensor, m, surroundings.step)
             given = {"truth": truth.values, "stream": stream.state, "measured": measured, "age": age}
+            given["time"] = surroundings.view("time")
             measure = bind("measure", **given, **settings, **memory)
-            self._operations += [*truth.write, Operation(self.name, measure, timed=True)]
+            self._operations += [*truth.write, Operation(self.name, measure)]
             self.arrays += (*truth.arrays, *memory.values())
             self._memory[sensor.title] = memory
             self._errors[sensor.used] = self._errors.get(sensor.used, settings["errors"])

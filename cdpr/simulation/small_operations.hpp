@@ -22,14 +22,14 @@ template <class T> inline int copy(Copy<T>& arrays) {
     return 0;
 }
 
-template <class T> struct Stamp {
-    T* row;  // (width), of the log; its first number is the time, s
+struct Stamp {
+    double* row;  // (width), of the log; its first number is the time, s
     int64_t width;
     static constexpr char fields[] = "both row(width >= 1), width";
 };
 
 // Write the time, s, of a sample into its row.
-template <class T> inline int stamp(Stamp<T>& sample, double time) {
+inline int stamp(Stamp& sample, double time) {
     sample.row[0] = time;
     return 0;
 }

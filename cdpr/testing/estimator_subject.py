@@ -140,17 +140,18 @@ def _record(robot: Robot, of: Motion, sensor: Sensor) -> Array:
     sources = Sources(robot, state, GRAVITY, STEP, (), view, lambda _: False, lambda *_: ())
     truth = sensor.truth(sources)
     settings, memory = kernel_arguments(sensor, robot.m, STEP)
-    measured, age = np.zeros(len(truth.values)), np.zeros(1)
-    given = {"truth": truth.values, "stream": Stream(0, f"sensors.{sensor.title}").state}
+    measured, age, time = np.zeros(len(truth.values)), np.zeros(1), np.zeros(1)
+    given = {"truth": truth.values, "stream": Stream(0, f"sensors.{sensor.title}").state, "time": time}
     measure = bind("measure", **given, measured=measured, age=age, **settings, **memory)
     found, before = np.empty((len(of.states), len(measured) + 2)), 0.0
     for k, now in enumerate(of.states):
         state[:] = now
         view("length")[:], view("rate")[:] = kinematics.lengths(robot, now), kinematics.rates(robot, now)
         view("tension")[:] = of.tensions[k - 1] if k else 0.0
+        time[0] = k * STEP
         for operation in truth.write:
-            operation(k * STEP)
-        measure(k * STEP)
+            operation(time[0])
+        measure()
         found[k] = *measured, age[0], k == 0 or age[0] < before + 0.5 * STEP
         before = float(age[0])
     return found

@@ -5,62 +5,55 @@
 // that of a filter which had all these measurements in time.
 #pragma once
 
+#include <cdpr/ring.hpp>
 #include <cdpr_controllers/estimators/ekf_updates.hpp>
 
 namespace cdpr::CDPR_TARGET {
 
-// Numbers of a step in the history.
-struct FilteredStep {
-    static constexpr int STATE = 0, COVARIANCE = 13, TENSION = COVARIANCE + ERRORS * ERRORS;
-
-    double* row;
-    int64_t m;
-    int64_t n;
-
-    CDPR_INLINE double* state() const { return row + STATE; }
-    CDPR_INLINE double* covariance() const { return row + COVARIANCE; }
-    CDPR_INLINE double* tension() const { return row + TENSION; }  // (m), N, that led to this step
-    CDPR_INLINE CableStretch stretch() const { return {tension() + m, tension() + 2 * m}; }  // (m) of each
-    CDPR_INLINE double* values() const { return tension() + 3 * m; }  // (n), of all sensors, taken at this step
-    CDPR_INLINE double* use() const { return values() + n; }       // (k), a MeasurementUse of each sensor
-    static CDPR_INLINE int64_t width(int64_t m, int64_t n, int64_t k) { return TENSION + 3 * m + n + k; }
-};
-
 // Measurement of one sensor, as it arrives.
-struct ArrivingMeasurement {
-    const double* measured;  // (n)
-    const double* fresh;     // (1), 1 if it arrives in this step
-    const double* age;       // (1), s
-    double* values;          // (n), the last one that has arrived
-    double* arrival;         // (2), as in KalmanFilter
+template <class T> struct ArrivingMeasurement {
+    const T* measured;  // (n)
+    const T* fresh;     // (1), 1 if it arrives in this step
+    const T* age;       // (1), s
+    T* values;          // (n), the last one that has arrived
+    T* arrival;         // (2), as in KalmanFilter
     int64_t n;
     static constexpr char fields[] = "measured(n), fresh(1), age(1), both values(n), arrival(2), n";
 };
 
-inline int take_measurement(ArrivingMeasurement& sensor) {
+template <class T> inline int take_measurement(ArrivingMeasurement<T>& sensor) {
+    const Truth<T> arrives = *sensor.fresh == T(1.0);
     sensor.arrival[0] = *sensor.fresh;
     sensor.arrival[1] = *sensor.age;
-    for (int64_t j = 0; *sensor.fresh == 1.0 && j < sensor.n; j++) sensor.values[j] = sensor.measured[j];
+    for (int64_t j = 0; any(arrives) && j < sensor.n; j++)
+        sensor.values[j] = select(arrives, sensor.measured[j], sensor.values[j]);
     return 0;
 }
 
-enum MeasurementUse { NOT_MEASURED, USED, ARRIVED };
+// Use of a measurement, as a number of the history.
+constexpr double NOT_MEASURED = 0.0, USED = 1.0, ARRIVED = 2.0;
 
-struct KalmanFilter {
-    FilteredPlatform platform;
-    const double* start;       // (13), estimate at time 0
-    const double* deviation;   // (12), standard deviations of its errors
-    const double* command;     // (m), N, tensions as sent for the control period that ends
-    const int64_t* sensors;    // (k, 5), a SensorRow of each
-    const double* values;      // (n), last measurements of all
-    const double* arrivals;    // (k, 2): 1 if a measurement has arrived in this step, and its age, s
-    const double* deviations;  // (d), of the noise of all components
-    const double* settings;    // (q), of the sensors
-    double* history;           // (slots, h), a FilteredStep of each control step, in a ring
-    double* count;             // (1), control steps since the start
-    double* state;             // (13), estimate
-    double* covariance;        // (12, 12), of its errors
-    double* innovation;        // (2), normalised innovation squared, and number of values; NaN and 0 without new ones
+template <class T> struct KalmanFilter {
+    FilteredPlatform<T> platform;
+    const T* time;           // (1), s
+    const T* start;          // (13), estimate at time 0
+    const T* deviation;      // (12), standard deviations of its errors
+    const T* command;        // (m), N, tensions as sent for the control period that ends
+    const int64_t* sensors;  // (k, 5), a SensorRow of each
+    const T* values;         // (n), last measurements of all
+    const T* arrivals;       // (k, 2): 1 if a measurement has arrived in this step, and its age, s
+    const T* deviations;     // (d), of the noise of all components
+    const T* settings;       // (q), of the sensors
+    T* history;  // (slots, h), of each control step, in a ring: state, covariance, tensions (m), N, that led
+                 // to it, ratios and states of stretch (m), values (n) of all sensors, taken at it, and the use (k) of
+                 // each sensor
+    T* count;    // (1), control steps since the start
+    T* state;    // (13), estimate
+    T* covariance;  // (12, 12), of its errors
+    T* innovation;  // (2), normalised innovation squared, and number of values; NaN and 0 without new ones
+    T* taken;       // (n), work space
+    T* stretch;     // (4, m), work space: ratios and states of stretch, then those of the step before
+    T* tension;     // (2, m), N, work space: at the begin and at the end of a control period
     int64_t k;
     int64_t n;
     int64_t d;
@@ -68,102 +61,155 @@ struct KalmanFilter {
     int64_t slots;
     int64_t h;
     static constexpr auto fields = extended(
-        FilteredPlatform::fields,
-        "start(13), deviation(12), command(m), sensors(k, 5), values(n), arrivals(k, 2), deviations(d), settings(q), "
-        "both history(slots, h), both count(1), state(13), covariance(12, 12), innovation(2), k, n, d, q, slots >= 2, "
-        "h");
+        FilteredPlatform<T>::fields,
+        "time(1), start(13), deviation(12), command(m), sensors(k, 5), values(n), arrivals(k, 2), deviations(d), "
+        "settings(q), both history(slots, h), both count(1), state(13), covariance(12, 12), innovation(2), work "
+        "taken(n), work stretch(4, m), work tension(2, m), k, n, d, q, slots >= 2, h");
 
-    CDPR_INLINE FilteredStep step(int64_t at) const { return {history + h * (at % slots), platform.m, n}; }
+    static constexpr int64_t STATE = 0, COVARIANCE = 13, TENSION = COVARIANCE + ERRORS * ERRORS;  // places in a row
+
+    CDPR_INLINE int64_t of_stretch() const { return TENSION + platform.m; }
+    CDPR_INLINE int64_t of_values() const { return TENSION + 3 * platform.m; }
+    CDPR_INLINE CableStretch<T> stretch_now() const { return {stretch, stretch + platform.m}; }
+    CDPR_INLINE CableStretch<T> stretch_before() const { return {stretch + 2 * platform.m, stretch + 3 * platform.m}; }
+    CDPR_INLINE int64_t of_use() const { return of_values() + n; }
+    CDPR_INLINE RingRow<T> step(T at) const { return {history, slots, h, at}; }
     CDPR_INLINE const int64_t* sensor(int64_t i) const { return sensors + SensorRow::WIDTH * i; }
 
     // Return whether encoders are used one step later, when load cells have measured the tension that stretches cables.
     CDPR_INLINE bool waits() const { return platform.noisy && platform.elastic; }
 };
 
-// Store the inputs of the present step, and the new measurements at the steps at which they were taken; return the
-// first step to filter.
-inline int64_t store_inputs(const KalmanFilter& p, int64_t now) {
-    const FilteredStep present = p.step(now);
-    for (int64_t i = 0; i < p.k; i++) present.use()[i] = NOT_MEASURED;
-    const FilteredStep before = p.step(now > 0 ? now - 1 : now);
-    for (int64_t i = 0; i < p.platform.m; i++)
-        present.tension()[i] = !p.platform.noisy ? p.command[i] : now > 0 ? before.tension()[i] : NOT_A_NUMBER;
-    int64_t first = p.waits() && now > 1 ? now - 1 : now;
-    for (int64_t i = 0; i < p.k; i++) {
-        if (p.arrivals[2 * i] != 1.0) continue;
-        const int64_t late = int64_t(smaller(p.arrivals[2 * i + 1] / p.platform.period + 0.5, double(p.slots)));
-        if (late > now || late > p.slots - 2) continue;  // later than the sensor's delay and jitter
-        const FilteredStep taken = p.step(now - late);
-        const int64_t *row = p.sensor(i), place = row[SensorRow::VALUES];
-        taken.use()[i] = ARRIVED;
-        for (int64_t j = 0; j < row[SensorRow::COUNT]; j++) taken.values()[place + j] = p.values[place + j];
-        const bool tensions = row[SensorRow::KIND] == LOAD_CELLS && now - late > 0;  // none act before the start
-        for (int64_t at = now - late; tensions && at <= now; at++)
-            for (int64_t j = 0; j < p.platform.m; j++) p.step(at).tension()[j] = p.values[place + j];
-        const int64_t from = tensions && late + 1 < now ? now - late - 1 : now - late;  // the step that ends with them
-        first = from < first ? from : first;
+CDPR_INLINE double largest(double number) { return number; }
+#ifdef CDPR_LANES
+CDPR_INLINE double largest(const Lanes& lanes) {
+    double found = lanes.get(0);
+    for (int lane = 1; lane < WIDTH; lane++) found = larger(found, lanes.get(lane));
+    return found;
+}
+#endif
+
+// Store the new measurement of a sensor at the step at which it was taken; return how many steps ago it changes the
+// filter, 0 without one.
+template <class T> inline T store_measurement(const KalmanFilter<T>& p, T now, int64_t i) {
+    const T zero = 0.0, arrives = p.arrivals[2 * i], age = p.arrivals[2 * i + 1];
+    if (!any(arrives == T(1.0))) return zero;
+    const T late = truncated(smaller(age / T(p.platform.period) + T(0.5), T(double(p.slots))));
+    // Others are later than the sensor's delay and jitter.
+    const Truth<T> stored = (arrives == T(1.0)) & (late <= now) & (late <= T(double(p.slots - 2)));
+    const RingRow<T> taken = p.step(now - late);
+    const int64_t *row = p.sensor(i), place = row[SensorRow::VALUES];
+    taken.put(p.of_use() + i, ARRIVED, stored);
+    for (int64_t j = 0; j < row[SensorRow::COUNT]; j++)
+        taken.put(p.of_values() + place + j, p.values[place + j], stored);
+    const T ago = select(stored, late, zero);
+    if (row[SensorRow::KIND] != LOAD_CELLS) return ago;
+    const Truth<T> acts = stored & (now - late > zero);  // no tensions act before the start
+    for (double before = largest(ago); before >= 0.0; before -= 1.0) {
+        const RingRow<T> at = p.step(now - T(before));
+        for (int64_t j = 0; j < p.platform.m; j++)
+            at.put(KalmanFilter<T>::TENSION + j, p.values[place + j], acts & (ago >= T(before)));
     }
-    return first;
+    return select(acts & (late + T(1.0) < now), ago + T(1.0), ago);  // the step that ends with them
 }
 
-// Return the tensions (m), N, that act at a step: load cells measure them one step later.
-CDPR_INLINE const double* acting_tension(const KalmanFilter& p, int64_t at, int64_t now) {
-    return p.step(p.platform.noisy && at < now ? at + 1 : at).tension();
+// Store the inputs of the present step, and the new measurements; return how many steps ago the first step to filter
+// was.
+template <class T> inline T store_inputs(const KalmanFilter<T>& p, T now) {
+    constexpr int64_t TENSION = KalmanFilter<T>::TENSION;
+    const Truth<T> always = true, later = now > T(0.0);
+    const RingRow<T> present = p.step(now), before = p.step(now - T(1.0));
+    for (int64_t i = 0; i < p.k; i++) present.put(p.of_use() + i, NOT_MEASURED, always);
+    for (int64_t i = 0; i < p.platform.m; i++) {
+        const T held = p.platform.noisy ? select(later, before.get(TENSION + i), T(NOT_A_NUMBER)) : p.command[i];
+        present.put(TENSION + i, held, always);
+    }
+    T ago = select(Truth<T>(p.waits()) & (now > T(1.0)), T(1.0), T(0.0));
+    for (int64_t i = 0; i < p.k; i++) ago = larger(ago, store_measurement(p, now, i));
+    return ago;
+}
+
+// Copy numbers of a step from the first one on.
+template <class T> CDPR_INLINE void load(const RingRow<T>& step, int64_t first, int64_t count, T* numbers) {
+    for (int64_t j = 0; j < count; j++) numbers[j] = step.get(first + j);
+}
+
+// Load the tensions at the begin and at the end of a step `late` steps ago: load cells measure the latter one step
+// later.
+template <class T> inline void load_tensions(const KalmanFilter<T>& p, T at, double late) {
+    const int64_t m = p.platform.m;
+    load(p.step(at), KalmanFilter<T>::TENSION, m, p.tension);
+    load(p.step(p.platform.noisy && late > 0.0 ? at + T(1.0) : at), KalmanFilter<T>::TENSION, m, p.tension + m);
 }
 
 // Write state and covariance of a step before its measurements.
-inline void begin_step(const KalmanFilter& p, int64_t at, int64_t now) {
-    const FilteredStep present = p.step(at);
-    if (at > 0) {
-        const FilteredStep before = p.step(at - 1);
-        const double *const begin = present.tension(), *const end = acting_tension(p, at, now);
-        double* const tension = p.platform.forces;
-        for (int64_t i = 0; i < p.platform.m; i++) tension[i] = 0.5 * (begin[i] + end[i]);
-        advance_drums(p.platform, before.state(), before.stretch(), tension, present.stretch());
-        predict(p.platform, before.state(), before.covariance(), tension, present.state(), present.covariance());
+template <class T> inline void begin_step(const KalmanFilter<T>& p, T at) {
+    using Filter = KalmanFilter<T>;
+    const Truth<T> starts = !(at > T(0.0));
+    const int64_t m = p.platform.m;
+    if (!all(starts)) {
+        const RingRow<T> before = p.step(at - T(1.0));
+        const T* const state = before.read(Filter::STATE, 13, p.state);
+        T* const tension = p.platform.forces;
+        for (int64_t i = 0; i < m; i++) tension[i] = T(0.5) * (p.tension[i] + p.tension[m + i]);
+        if (p.platform.elastic) load(before, p.of_stretch(), 2 * m, p.stretch_before().ratio);
+        advance_drums(p.platform, state, p.stretch_before(), tension, p.stretch_now());
+        predict(p.platform, state, before.read(Filter::COVARIANCE, ERRORS * ERRORS, p.covariance), tension, p.state,
+                p.covariance);
         if (p.platform.elastic)
-            write_stretch(p.platform, present.state(), begin, end, before.stretch(), present.stretch());
-        return;
+            write_stretch(p.platform, p.state, p.tension, p.tension + m, p.stretch_before(), p.stretch_now());
     }
-    for (int64_t i = 0; i < p.platform.m; i++) present.stretch().ratio[i] = present.stretch().state[i] = NOT_A_NUMBER;
-    for (int j = 0; j < 13; j++) present.state()[j] = p.start[j];
-    for (int j = 0; j < ERRORS * ERRORS; j++) present.covariance()[j] = 0.0;
-    for (int j = 0; j < ERRORS; j++) present.covariance()[(ERRORS + 1) * j] = p.deviation[j] * p.deviation[j];
+    if (!any(starts)) return;
+    for (int64_t i = 0; p.platform.elastic && i < 2 * m; i++)
+        p.stretch[i] = select(starts, T(NOT_A_NUMBER), p.stretch[i]);
+    for (int j = 0; j < 13; j++) p.state[j] = select(starts, p.start[j], p.state[j]);
+    for (int j = 0; j < ERRORS * ERRORS; j++) {
+        const T own = p.deviation[j / ERRORS];
+        p.covariance[j] = select(starts, j % (ERRORS + 1) == 0 ? own * own : T(0.0), p.covariance[j]);
+    }
 }
 
-// Use the measurements of a step.
-inline void use_measurements(const KalmanFilter& p, int64_t at, int64_t now) {
-    const FilteredStep present = p.step(at);
-    const double* const ratio = at > 0 ? present.stretch().ratio : nullptr;
+// Use the measurements of a step, where it is one of those to filter, and store its estimate there.
+template <class T> inline void complete_step(const KalmanFilter<T>& p, T at, double late, Truth<T> filtered) {
+    using Filter = KalmanFilter<T>;
+    const RingRow<T> present = p.step(at);
+    const Truth<T> later = at > T(0.0);
+    const T *const tension = p.tension + p.platform.m, *const ratio = p.stretch_now().ratio;
+    const T* const values = present.read(p.of_values(), p.n, p.taken);
     for (int64_t i = 0; i < p.k; i++) {
-        if (present.use()[i] == NOT_MEASURED) continue;
-        if (p.waits() && at == now && at > 0 && p.sensor(i)[SensorRow::KIND] == ENCODERS) continue;
-        Correction sum = {present.covariance()};
-        use_sensor(p.platform, p.sensor(i), present.state(), acting_tension(p, at, now), ratio, present.values(),
-                   p.deviations, p.settings, sum);
-        sum.apply(present.state());
-        if (present.use()[i] == ARRIVED && sum.count > 0) {
-            p.innovation[0] = (p.innovation[1] > 0.0 ? p.innovation[0] : 0.0) + sum.square;
-            p.innovation[1] += double(sum.count);
-        }
-        present.use()[i] = USED;
+        const T use = present.get(p.of_use() + i);
+        Truth<T> measured = filtered & (use != T(NOT_MEASURED));
+        if (p.waits() && late == 0.0 && p.sensor(i)[SensorRow::KIND] == ENCODERS) measured = measured & !later;
+        if (!any(measured)) continue;
+        Correction<T> sum = {p.covariance, measured};
+        use_sensor(p.platform, p.sensor(i), p.state, tension, later, ratio, values, p.deviations, p.settings, sum);
+        sum.apply(p.state);
+        const Truth<T> counts = measured & (use == T(ARRIVED)) & (sum.count > T(0.0));
+        T &square = p.innovation[0], &count = p.innovation[1];
+        square = select(counts, select(count > T(0.0), square, T(0.0)) + sum.square, square);
+        count = select(counts, count + sum.count, count);
+        present.put(p.of_use() + i, USED, measured);
     }
+    for (int64_t j = 0; p.platform.elastic && j < 2 * p.platform.m; j++)
+        present.put(p.of_stretch() + j, p.stretch[j], filtered);
+    for (int64_t j = 0; j < 13; j++) present.put(Filter::STATE + j, p.state[j], filtered);
+    for (int64_t j = 0; j < ERRORS * ERRORS; j++) present.put(Filter::COVARIANCE + j, p.covariance[j], filtered);
 }
 
 // Filter the present control step. At time 0 the filter starts.
-inline int kalman_filter(KalmanFilter& p, double time) {
-    if (!has_anchors<double>(p.platform.w) || p.h < FilteredStep::width(p.platform.m, p.n, p.k)) return BAD_INPUT;
-    const int64_t now = time > 0.0 ? int64_t(*p.count) + 1 : 0;
-    *p.count = double(now);
+template <class T> inline int kalman_filter(KalmanFilter<T>& p) {
+    if (!has_anchors<T>(p.platform.w) || p.h < p.of_use() + p.k) return code(T(double(BAD_INPUT)));
+    const T now = select(*p.time > T(0.0), *p.count + T(1.0), T(0.0));
+    *p.count = now;
     p.innovation[0] = NOT_A_NUMBER;
     p.innovation[1] = 0.0;
-    for (int64_t at = store_inputs(p, now); at <= now; at++) {
-        begin_step(p, at, now);
-        use_measurements(p, at, now);
+    const T ago = store_inputs(p, now);
+    for (double late = largest(ago); late >= 0.0; late -= 1.0) {
+        const T at = now - T(late);
+        load_tensions(p, at, late);
+        begin_step(p, at);
+        complete_step(p, at, late, ago >= T(late));
     }
-    const FilteredStep present = p.step(now);
-    for (int j = 0; j < 13; j++) p.state[j] = present.state()[j];
-    for (int j = 0; j < ERRORS * ERRORS; j += ERRORS) store(twelve(present.covariance() + j), p.covariance + j);
     return 0;
 }
 

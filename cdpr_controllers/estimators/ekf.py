@@ -73,9 +73,10 @@ class Ekf(SnapshotOfArrays, Estimator):
         self.covariance, innovation = np.zeros((ERRORS, ERRORS)), np.zeros(2)
         self.nis, self.nis_size = innovation[:1], innovation[1:]
         self.arrays = (self._values, self._arrivals, self._history, self._count, self.covariance, innovation)
-        self._state = np.zeros(13)
+        self._state, self._time = np.zeros(13), np.zeros(1)
         self._given = {
             **platform_arguments(robot, gravity, control_step, options, _cells(used, robot.m, control_step, options)),
+            "time": self._time,
             "start": np.zeros(13),
             "deviation": start_deviations(robot, options),
             "command": np.zeros(robot.m),
@@ -96,13 +97,13 @@ class Ekf(SnapshotOfArrays, Estimator):
         self._given["start"] = inputs.start
         self._given["command"] = inputs.tension
         self._operations = self.compiled(self._state)
+        self._given["time"] = inputs.time  # of operations for the loop; `estimate` sets its own
 
     def estimate(self, time: float, out: Array) -> None:
         """Write the estimate (13,)."""
-        *takes, filters = self._operations
-        for take in takes:
-            take()
-        filters(time)
+        self._time[0] = time
+        for operation in self._operations:
+            operation()
         out[:] = self._state
 
     def compiled(self, out: Array) -> Sequence[Callable[..., object]]:

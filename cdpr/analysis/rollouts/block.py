@@ -29,7 +29,9 @@ WORTHWHILE = 3  # cases: fewer are as fast alone
 # A case that leaves its lane within SOON samples continues alone for as many, then for twice as many, up to LONGEST.
 SOON, LONGEST = 16, 1024
 
-EXIT_KIND = slice(6, 7)  # column of the tables of cables, `cdpr/cables/line.hpp`
+# Columns of the tables of cables with kinds, which kernels read from the first lane: `cdpr/cables/line.hpp` and
+# `chain.hpp`.
+KINDS = {"lines": slice(6, 7), "chains": slice(0, 2)}
 
 Words = NDArray[np.int64]
 
@@ -285,9 +287,9 @@ class Block:
         if any(one.shape != other.shape or whole(one).size != whole(other).size for one, other in given):
             return False
         shared = [[_native(each).given[name] for each in pairs[at]] for at, name in recipe.shared]
-        # Kernels read the kind of an exit from the first lane.
-        lined = [at for at in self._wide if "lines" in _native(self._bound[at]).given]
-        shared += [[_native(each).given["lines"][:, EXIT_KIND] for each in pairs[at]] for at in lined]
+        for name, kinds in KINDS.items():
+            tabled = [at for at in self._wide if name in _native(self._bound[at]).given]
+            shared += [[_native(each).given[name][:, kinds] for each in pairs[at]] for at in tabled]
         return (
             np.array_equal(words[recipe.fixed], mine[recipe.fixed])
             and all(words[word] - offset == _address(words, recipe.roots[root]) for word, root, offset in recipe.again)
@@ -327,7 +329,7 @@ def _way(operation: Operation, found: Compiled | None, case: Case) -> int:
     if operation.name == "solver" and getattr(case.loop.parts.solver, "follows", False):
         return ways.ALONE  # in lanes it would overwrite the previous answer
     vector = isinstance(found, Bound) and f"{found.name}_lanes" in operations()
-    return ways.IN_LANES if vector and not operation.timed else ways.ALONE
+    return ways.IN_LANES if vector else ways.ALONE  # in lanes it takes no time, as that may differ
 
 
 def _together(found: Sequence[int], skips: Sequence[int], complete: int) -> list[int]:

@@ -25,8 +25,8 @@ static constexpr cdpr_entry entries[] = {
     entry<TensionFeedback, tension_feedback>("tension_feedback"),
     entry<CableLengthControl, cable_length>("cable_length"),
     entry<InverseKinematics, inverse_kinematics>("inverse_kinematics"),
-    entry<KalmanFilter, kalman_filter>("kalman_filter"),
-    entry<ArrivingMeasurement, take_measurement>("take_measurement"),
+    entry<KalmanFilter<double>, kalman_filter<double>>("kalman_filter"),
+    entry<ArrivingMeasurement<double>, take_measurement<double>>("take_measurement"),
     entry<VisualServo, visual_servo>("visual_servo"),
     entry<LengthFit, fit_lengths>("fit_lengths"),
     entry<PoseDifferences, pose_differences>("pose_differences"),
@@ -37,6 +37,8 @@ static constexpr cdpr_entry entries[] = {
     entry<PidControl<Lanes>, pid<Lanes>>("pid_lanes"),
     entry<SlidingModeControl<Lanes>, sliding_mode<Lanes>>("sliding_mode_lanes"),
     entry<AdaptiveControl<Lanes>, adaptive<Lanes>>("adaptive_lanes"),
+    entry<KalmanFilter<Lanes>, kalman_filter<Lanes>>("kalman_filter_lanes"),
+    entry<ArrivingMeasurement<Lanes>, take_measurement<Lanes>>("take_measurement_lanes"),
 #endif
 };
 

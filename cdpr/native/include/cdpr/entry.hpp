@@ -59,7 +59,11 @@ template <class Problem, int (*kernel)(Problem&)> int call(void* place, double) 
     return kernel(*static_cast<Problem*>(place));
 }
 
+template <class Problem> inline constexpr bool takes_lanes = false;
+template <template <class> class Problem> inline constexpr bool takes_lanes<Problem<Lanes>> = true;
+
 template <class Problem, int (*kernel)(Problem&, double)> int call(void* place, double time) {
+    static_assert(!takes_lanes<Problem>, "each lane has its own time: read it from an array");
     return kernel(*static_cast<Problem*>(place), time);
 }
 

@@ -209,6 +209,15 @@ CDPR_INLINE Lanes hyperbolic_tangent(const Lanes& a) {
 CDPR_INLINE Lanes exponential(const Lanes& a) {
     return each([](double x, double) { return exponential(x); }, a, a);
 }
+CDPR_INLINE Lanes hypotenuse(const Lanes& a, const Lanes& b) {
+    return each([](double x, double y) { return hypotenuse(x, y); }, a, b);
+}
+CDPR_INLINE Lanes truncated(const Lanes& a) {
+    return each([](double x, double) { return truncated(x); }, a, a);
+}
+CDPR_INLINE Lanes remainder_of(const Lanes& count, int64_t divisor) {
+    return each([=](double x, double) { return remainder_of(x, divisor); }, count, count);
+}
 CDPR_INLINE Lanes angle_of(const Lanes& sine, const Lanes& cosine) {
     return each([](double y, double x) { return angle_of(y, x); }, sine, cosine);
 }

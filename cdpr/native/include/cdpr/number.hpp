@@ -27,6 +27,8 @@ CDPR_INLINE double cosine(double angle) { return ::cos(angle); }
 CDPR_INLINE double hyperbolic_tangent(double number) { return ::tanh(number); }
 CDPR_INLINE double exponential(double number) { return ::exp(number); }
 CDPR_INLINE double hypotenuse(double a, double b) { return ::hypot(a, b); }
+CDPR_INLINE double truncated(double number) { return double(int64_t(number)); }  // below 2^63 in size
+CDPR_INLINE double remainder_of(double count, int64_t divisor) { return double(int64_t(count) % divisor); }
 CDPR_INLINE double angle_of(double sine, double cosine) { return ::atan2(sine, cosine); }
 
 template <class T> using Truth = decltype(T() < T());  // bool, or Mask for Lanes

@@ -22,9 +22,9 @@ template <class T> CDPR_INLINE T rounded(T x) {
 constexpr double MANY = 1e15;
 
 // Return the nearest multiple of a step; the value itself where it has too many steps.
-inline double nearest_multiple(double value, double step) {
-    const double steps = value / step;
-    return steps < MANY && steps > -MANY ? rounded(steps) * step : value;
+template <class T> CDPR_INLINE T nearest_multiple(T value, T step) {
+    const T steps = value / step;
+    return select((steps < T(MANY)) & (steps > T(-MANY)), rounded(steps) * step, value);
 }
 
 // x modulo a whole number m; x a whole number below 2^53 in size.
@@ -108,6 +108,16 @@ template <class T> CDPR_INLINE T normal_quantile(T probability) {
     const T size = polynomial(TAIL_ABOVE, t) / polynomial(TAIL_BELOW, t);
     return select(tail, select(lower, -size, size), centre);
 }
+
+// Replace eight probabilities by such numbers.
+template <class T> CDPR_INLINE void normal_quantiles(T (&numbers)[8]) {
+    for (int i = 0; i < 8; i++) numbers[i] = normal_quantile(numbers[i]);
+}
+#ifdef CDPR_LANES
+template <> CDPR_INLINE void normal_quantiles<double>(double (&numbers)[8]) {
+    scatter(normal_quantile(gather(numbers, 1)), numbers);
+}
+#endif
 
 template <class T> struct RandomNumbers {
     T* state;    // (6), of the stream: whole numbers, three below MODULUS_1 and three below MODULUS_2
