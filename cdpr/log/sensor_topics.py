@@ -7,6 +7,7 @@ Attitudes and axes are those of REP 103.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -14,7 +15,9 @@ from cdpr.log.header import Header
 from cdpr.log.topics import WORLD, Group, Topic
 from cdpr.model import rotations
 from cdpr.model.robot import Array
-from cdpr.sensing.message import XYZW, Columns, Message, quantity
+
+if TYPE_CHECKING:
+    from cdpr.sensing.message import Columns, Message
 
 PREFIX = "/cdpr/sensors/"
 ESTIMATE = "/cdpr/estimate/"
@@ -95,6 +98,8 @@ def _estimate(header: Header) -> dict[str, Message]:
     known = header.layout.fields
     if "estimated_position" not in known:
         return {}
+    from cdpr.sensing.message import XYZW, Message, quantity  # takes long
+
     pose: dict[str, Callable[[Columns], Array]] = {
         "pose.pose.position": quantity("estimated_position"),
         "pose.pose.orientation": quantity("estimated_orientation", XYZW),

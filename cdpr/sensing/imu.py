@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -14,13 +14,15 @@ from cdpr.base.needs import Needs, of_sensor
 from cdpr.model import rotations
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
-from cdpr.scene.sensors import SensorDrawing
 from cdpr.sensing.disturbance import Mount
 from cdpr.sensing.errors import Errors
 from cdpr.sensing.message import Message, covariance, quantity
 from cdpr.sensing.records import Records
 from cdpr.sensing.sensor import Quantity, Sensor, Sources, Truth
 from cdpr.tension.operations import Operation
+
+if TYPE_CHECKING:
+    from cdpr.scene.sensors import SensorDrawing
 
 UNKNOWN = -1.0  # first value of the covariance of a quantity that the message does not contain
 LEAST = 1e-6  # relative: a period nearer to a whole number of rows is one
@@ -72,6 +74,8 @@ class Imu(Sensor):
 
     def drawing(self, extent: float) -> SensorDrawing:
         """Return its place."""
+        from cdpr.scene.sensors import SensorDrawing  # validation needs no drawings
+
         return SensorDrawing(self.title, True, np.array(self.point))
 
     def message(self, cables: Sequence[str]) -> Message:

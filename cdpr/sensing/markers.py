@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -14,7 +14,6 @@ from cdpr.mechanics import solids
 from cdpr.model import rotations
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
-from cdpr.scene.sensors import SensorDrawing
 from cdpr.sensing.disturbance import Mount
 from cdpr.sensing.errors import Errors
 from cdpr.sensing.pinhole import Pinhole
@@ -22,6 +21,9 @@ from cdpr.sensing.rays import solids_of
 from cdpr.sensing.records import Records
 from cdpr.sensing.sensor import Quantity, Sources, Truth
 from cdpr.tension.operations import Operation
+
+if TYPE_CHECKING:
+    from cdpr.scene.sensors import SensorDrawing
 
 MOST_MARKERS = 1000
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 import numpy as np
 from pydantic import Field, field_validator, model_validator
@@ -11,9 +11,11 @@ from pydantic import Field, field_validator, model_validator
 from cdpr.base.fields import Position, Positive, unit
 from cdpr.model import rotations
 from cdpr.model.robot import Array
-from cdpr.scene.sensors import SensorDrawing
 from cdpr.sensing.message import Message
 from cdpr.sensing.sensor import Sensor
+
+if TYPE_CHECKING:
+    from cdpr.scene.sensors import SensorDrawing
 
 DEPTH = 0.1  # of a drawn frustum, relative to the extent of the frame anchors
 UNIT = 1e-6  # of quaternions that are written with six digits
@@ -97,6 +99,8 @@ class Pinhole(Sensor):
 
     def drawing(self, extent: float) -> SensorDrawing:
         """Return the frustum."""
+        from cdpr.scene.sensors import SensorDrawing  # validation needs no drawings
+
         at, edges = np.array(self.position), self.frustum(DEPTH * extent)
         return SensorDrawing(self.title, self.carried, at, self.axes, edges)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field, field_validator
@@ -12,10 +12,12 @@ from pydantic import Field, field_validator
 from cdpr.base.fields import Vector3
 from cdpr.base.needs import Needs, of_sensor
 from cdpr.model.robot import Array
-from cdpr.scene.sensors import SensorDrawing
 from cdpr.sensing.message import Columns, Message, singles
 from cdpr.sensing.rays import RaySensor, echoes
 from cdpr.sensing.sensor import Quantity
+
+if TYPE_CHECKING:
+    from cdpr.scene.sensors import SensorDrawing
 
 INFRARED = 1  # radiation type of the message
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,12 +17,14 @@ from cdpr.model.robot import Array
 from cdpr.model.shapes import Obstacle
 from cdpr.native.arrays import real
 from cdpr.native.bind import bind
-from cdpr.scene.sensors import SensorDrawing
 from cdpr.sensing.disturbance import Mount
 from cdpr.sensing.errors import Errors
 from cdpr.sensing.records import Records
 from cdpr.sensing.sensor import Sensor, Sources, Truth
 from cdpr.tension.operations import Operation
+
+if TYPE_CHECKING:
+    from cdpr.scene.sensors import SensorDrawing
 
 MOST_DRAWN = 61  # rays of a sensor
 UPRIGHT = np.array([0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0])
@@ -73,6 +75,8 @@ class RaySensor(Sensor):
 
     def drawing(self, extent: float) -> SensorDrawing:
         """Return the rays, of many only some."""
+        from cdpr.scene.sensors import SensorDrawing  # validation needs no drawings
+
         rays = self.directions
         few = np.unique(np.rint(np.linspace(0, len(rays) - 1, min(len(rays), MOST_DRAWN))).astype(int))
         place, column = np.array(self.point), f"{self.title}_distance"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 from pydantic import Field
@@ -13,13 +13,15 @@ from cdpr.base.fields import ZERO, Position, unit
 from cdpr.base.needs import Needs, of_sensor
 from cdpr.model.robot import Array
 from cdpr.native.bind import bind
-from cdpr.scene.sensors import SensorDrawing
 from cdpr.sensing.disturbance import Mount
 from cdpr.sensing.errors import Errors
 from cdpr.sensing.message import Message, quantity
 from cdpr.sensing.records import Records
 from cdpr.sensing.sensor import Quantity, Sensor, Sources, Truth
 from cdpr.tension.operations import Operation
+
+if TYPE_CHECKING:
+    from cdpr.scene.sensors import SensorDrawing
 
 
 class Receiver(Sensor):
@@ -53,6 +55,8 @@ class Receiver(Sensor):
 
     def drawing(self, extent: float) -> SensorDrawing:
         """Return the antenna."""
+        from cdpr.scene.sensors import SensorDrawing  # validation needs no drawings
+
         return SensorDrawing(self.title, True, np.array(self.antenna))
 
     def message(self, cables: Sequence[str]) -> Message:

@@ -13,7 +13,7 @@ import re
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, Self
 
 from pydantic import AfterValidator, Field
 
@@ -23,12 +23,14 @@ from cdpr.base.needs import Needs, of_sensor
 from cdpr.model import Robot
 from cdpr.model.robot import Array
 from cdpr.model.shapes import Obstacle
-from cdpr.scene.sensors import SensorDrawing
 from cdpr.sensing.disturbance import Mount
 from cdpr.sensing.errors import AttitudeErrors
 from cdpr.sensing.message import Message
 from cdpr.sensing.records import Records
 from cdpr.tension.operations import Operation
+
+if TYPE_CHECKING:
+    from cdpr.scene.sensors import SensorDrawing
 
 LONGEST = 10.0  # s: delay, jitter and period
 LONGEST_NAME = 12  # letters: its columns have names of at most 31

@@ -139,6 +139,11 @@ def _pipeline(
         stage, out = _stage(scenario, solver, live, cables), live.wrench
         if corrects(controller):
             add_inner_loop(controller, stage, np.zeros(robot.m))
+            if not hasattr(stage.operations[-1].do, "words"):
+                raise CdprError(
+                    f"the controller '{scenario.controller.type}' corrects the distributed tensions in Python, so it "
+                    "cannot be exported: choose another (--set controller.type=NAME)"
+                )
     law = _compiled("controller", scenario.controller.type, controller.compiled, controller.control, seen, desired, out)
     calls = [
         Call(law, entry=_own_entry("controller", controller, law, own)),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import ROOT
+from plants import installed
 from scipy.spatial.transform import Rotation
 
 from cdpr.cables import Pulley
