@@ -53,7 +53,8 @@ MAGIC = b"\x89MCAP0\r\n"
 class ImageFile:
     """File with the images of all cameras as `sensor_msgs/CompressedImage` (PNG), in the order of their rows.
 
-    Equal runs give equal bytes on one machine. Images that are added are in the file, even if the process is killed.
+    Equal runs give equal bytes on one machine. If the process is killed, the file lacks only the last images that were
+    added, up to `CHUNK` bytes.
 
     Args:
         path: new file.

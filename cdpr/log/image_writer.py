@@ -35,7 +35,8 @@ class ImageWriter:
         self._cameras = cameras_of(header)
         self._stride = rows_apart(header, self._cameras)
         self._taken = 0  # rows
-        self._queue: Queue[Array | None] = Queue(QUEUE)
+        self._broken = header.broken
+        self._queue: Queue[Array | Header | None] = Queue(QUEUE)
         self._failure: BaseException | None = None
         self._ready = Event()
         self._thread = Thread(target=self._run, args=(path, header), daemon=True, name="images")
@@ -51,6 +52,12 @@ class ImageWriter:
             self._put(rows[k % len(rows)].copy())
         self._taken = max(self._taken, stop)
 
+    def amend(self, header: Header) -> None:
+        """Show the cables as broken that a header of the same run states, in the rows that are taken from now on."""
+        if header.broken != self._broken:
+            self._broken = header.broken
+            self._put(header)
+
     def close(self) -> None:
         """Wait for the remaining images, and complete the file; again after an interrupt.
 
@@ -63,10 +70,10 @@ class ImageWriter:
             self._thread.join(POLL)
         self._raise()
 
-    def _put(self, row: Array | None) -> None:
+    def _put(self, item: Array | Header | None) -> None:
         while self._thread.is_alive():
             try:
-                self._queue.put(row, timeout=POLL)
+                self._queue.put(item, timeout=POLL)
                 return
             except Full:
                 continue
@@ -79,15 +86,22 @@ class ImageWriter:
 
     def _run(self, path: Path, header: Header) -> None:
         try:
+            self._write(path, header)
+        except BaseException as error:
+            self._failure = error
+        self._ready.set()
+
+    def _write(self, path: Path, header: Header) -> None:
+        try:
             for camera in self._cameras:
                 _ = camera.renderer
             with ImageFile(path, header) as file:
                 self._ready.set()
-                while (row := self._queue.get()) is not None:
-                    file.add(self._cameras, row)
-        except BaseException as error:
-            self._failure = error
+                while (item := self._queue.get()) is not None:
+                    if isinstance(item, Header):
+                        self._cameras = [camera.revised(item) for camera in self._cameras]
+                    else:
+                        file.add(self._cameras, item)
         finally:
             for camera in self._cameras:
                 camera.close()
-            self._ready.set()

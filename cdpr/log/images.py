@@ -80,6 +80,12 @@ class CameraImages:
         eye, camera = (position + R @ place, R @ axes) if self.camera.carried else (place, axes)
         return self.renderer.draw(eye, camera, self._drawing(row, position, R))
 
+    def revised(self, header: Header) -> CameraImages:
+        """Return the same camera, with its renderer, for another header of the run."""
+        other = CameraImages(header, self.camera)
+        vars(other)["renderer"] = self.renderer
+        return other
+
     def close(self) -> None:
         """Free the renderer."""
         if "renderer" in vars(self):

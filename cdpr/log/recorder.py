@@ -131,6 +131,8 @@ class Recorder:
         self._marks = sorted(set(marks))
         if self.tally is not None:
             self.tally.amend(header)
+        if self._images is not None:
+            self._images.amend(header)
 
     def snapshot(self, stop: int) -> RecorderSnapshot:
         """Return a snapshot of the samples up to `stop` (excluded) for `restore`, without rows only on disk."""

@@ -21,10 +21,10 @@ NO_IMAGES = "renders no images"
 class Camera(Pinhole):
     """Camera that renders images of the platform, its cables, the obstacles and the markers.
 
-    The images depend on the recorded states only, so they are the same for all
-    backends up to the differences of the states. They are rendered outside the control loop, off screen, and differ
-    between renderers and graphics drivers by more than round-off. They go to `images.mcap` in the folder of the run and
-    to live links. Images do not affect the controller.
+    The images depend on the recorded states only, so they are the same for all backends up to the differences of the
+    states. They are rendered outside the control loop, off screen, and differ between renderers and graphics drivers by
+    more than round-off. They go to `images.mcap` in the folder of the run and to live links. Images do not affect the
+    controller.
 
     Example:
         >>> import cdpr

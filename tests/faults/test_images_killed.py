@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import warnings
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -20,7 +21,7 @@ from cdpr.base.errors import CdprError
 from cdpr.log import image_writer
 from cdpr.log.image_file import complete_images
 from cdpr.log.image_writer import ImageWriter
-from cdpr.log.images import CameraImages, cameras_of
+from cdpr.log.images import BEGINS, CameraImages, cameras_of, images, png
 from cdpr.log.repair import repair
 
 SCENARIO = ROOT / "scenarios" / "camera.yaml"
@@ -112,6 +113,21 @@ def test_a_branch_has_the_images_from_the_start(tmp_path):
     files = [tmp_path / name / "images.mcap" for name in ("run-2", "whole")]
     assert files[0].read_bytes() == files[1].read_bytes()
     assert len(content(tmp_path / "run" / "images.mcap")) == 2 * 4, "until 0.36 s"
+
+
+def test_a_cable_that_is_cut_live_is_missing_from_then_on(tmp_path):
+    with cdpr.Simulation(SCENARIO, overrides={"simulation.duration": 0.4, **SMALL}, out=tmp_path / "run") as simulation:
+        simulation.step(75)  # of 2 ms: between the second image and the third
+        simulation.cut(1)
+        simulation.step(simulation.steps + 1 - simulation.samples)
+        run = simulation.run()
+    stored = [
+        data[data.index(BEGINS) :] for topic, _, data in content(tmp_path / "run" / "images.mcap") if "roof" in topic
+    ]
+    assert stored == [png(image) for _, image in images(run, "roof")]
+    whole = replace(run, header=replace(run.header, broken=()))
+    differ = [one != png(image) for one, (_, image) in zip(stored, images(whole, "roof"), strict=True)]
+    assert differ == [False, False, True, True, True]
 
 
 def test_a_renderer_that_fails_ends_the_run_with_its_log(tmp_path, monkeypatch):

@@ -121,7 +121,7 @@ def test_gains_of_an_inner_loop_are_parameters(tmp_path):
     assert not np.array_equal(rows_of(cdpr.simulate(scenario("feedback")), []), rows_of(run, []))
 
 
-def test_measurements_and_estimates_are_outputs_with_units(tmp_path):
+def test_measurements_and_estimates_are_outputs_with_units_and_axes(tmp_path):
     plant = exported(scenario("winches"))
     path = str(write(plant, 3, tmp_path))
     assert validate_fmu(path) == []
@@ -138,6 +138,8 @@ def test_measurements_and_estimates_are_outputs_with_units(tmp_path):
     assert {name: (about[name].causality, about[name].unit) for name in units} == {
         name: ("output", unit) for name, unit in units.items()
     }
+    assert "platform axes" in about["imu_force"].description
+    assert "world axes" in about["estimated_position"].description
 
 
 def test_sensors_that_nothing_uses_are_left_out_and_reported():

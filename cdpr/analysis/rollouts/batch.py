@@ -184,8 +184,8 @@ class Batch:
             self._open("step")
             kinds: dict[Kind, ArrayLike | None] = {"wrench": wrench, "tension": tension, "length": length}
             kinds |= {"rate": rate, "command": command}
-            given = given_command(kinds, len(self), self.scenario.robot.m)
             chosen = self._active if mask is None else self._active & self._mask(mask)
+            given = given_command(kinds, chosen, self.scenario.robot.m)
             bits = chosen.tolist()
             if given is not None:
                 check_given(self._cases, np.flatnonzero(chosen).tolist(), given, int(n), self._plan.steps)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from cdpr.analysis.rollouts.case import Case, Given
 from cdpr.base.errors import CdprError
@@ -14,8 +14,13 @@ from cdpr.scenario.events.commands import Kind
 from cdpr.simulation.external_command import check_lengths
 
 
-def given_command(values: Mapping[Kind, ArrayLike | None], lanes: int, m: int) -> Given | None:
+def given_command(values: Mapping[Kind, ArrayLike | None], stepped: NDArray[np.bool_], m: int) -> Given | None:
     """Return the kind and values (lanes, 6) or (lanes, m) of the only command that is not None, if any.
+
+    Args:
+        values: commands by kind.
+        stepped: (lanes,) True for the lanes to step; numbers of others need not be finite.
+        m: number of cables.
 
     Raises:
         CdprError: if there are several, or they are not finite numbers of that shape.
@@ -26,7 +31,10 @@ def given_command(values: Mapping[Kind, ArrayLike | None], lanes: int, m: int) -
     if len(found) > 1:
         raise CdprError(f"step: expected {found[0][0]} or {found[1][0]}, not both")
     ((kind, given),) = found
-    return kind, checked(given, (lanes, 6 if kind == "wrench" else m), kind, finite=True)
+    numbers = checked(given, (len(stepped), 6 if kind == "wrench" else m), kind)
+    if not np.isfinite(numbers[stepped]).all():
+        raise CdprError(f"{kind}: all numbers of the lanes that are stepped must be finite")
+    return kind, numbers
 
 
 def check_given(cases: Sequence[Case], lanes: Sequence[int], given: Given, steps: int, last: int) -> None:

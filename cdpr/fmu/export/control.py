@@ -99,7 +99,8 @@ class Control:
 
     def _output(self, column: Column) -> Variable:
         size, text = column.width or self.robot.m, column.text[0].lower() + column.text[1:]
-        about = f"{text}, at the last control step; 0 before the first step"
+        axes = f", {column.frame} axes" if column.frame else ""
+        about = f"{text}{axes}, at the last control step; 0 before the first step"
         found = output(column.name, size, _unit_of_fmu(column.unit), about)
         return replace(found, shape=()) if column.width == 1 else found
 

@@ -354,7 +354,15 @@ def test_wrong_commands_change_nothing(name):
     assert_same(batch, 0, alone(3, HANGPRINTER))
 
 
-def test_a_wrong_length_of_a_lane_that_is_not_stepped_is_ignored():
+@pytest.mark.parametrize("wrong", [-1.0, np.nan])
+def test_a_wrong_length_of_a_lane_that_is_not_stepped_is_ignored(wrong):
     batch = make(HANGPRINTER, 2, vary=None)
-    batch.step(mask=[True, False], length=[[2.0] * 4, [-1.0] * 4])
+    batch.step(mask=[True, False], length=[[2.0] * 4, [wrong] * 4])
     assert batch.samples.tolist() == [1, 0]
+    assert_same(batch, 0, _with_length(2.0))
+
+
+def _with_length(value):
+    simulation = alone(0, HANGPRINTER)
+    simulation.step(1, length=[value] * 4)
+    return simulation
