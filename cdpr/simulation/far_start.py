@@ -53,7 +53,7 @@ def far_start(scenario: Scenario, state: Array) -> str:
 
 
 def far_start_events(scenario: Scenario, state: Array) -> list[Event]:
-    """Return the event of a start far from the initial pose; `state` (13,) is that of the first sample."""
+    """Return the event of a start far from the initial pose; arguments as for `far_start`."""
     text = far_start(scenario, state)
     return [Event(0.0, "start", f"{KEY}: {text}")] if text else []
 
