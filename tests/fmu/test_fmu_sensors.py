@@ -142,6 +142,11 @@ def test_measurements_and_estimates_are_outputs_with_units_and_axes(tmp_path):
     assert "world axes" in about["estimated_position"].description
 
 
+def test_units_beyond_si_are_in_the_description():
+    pixel = next(each for each in control_of(scenario("servo")).outputs(()) if each.name == "camera_pixel")
+    assert (pixel.unit, ", px, at the last control step" in pixel.description) == ("", True)
+
+
 def test_sensors_that_nothing_uses_are_left_out_and_reported():
     plain = control_of(scenario())
     more = control_of(scenario(sensors=[*SENSORS, {"type": "receiver"}, {"type": "range"}]))

@@ -98,10 +98,10 @@ class Control:
         return [self._output(column) for column in self.columns]
 
     def _output(self, column: Column) -> Variable:
-        size, text = column.width or self.robot.m, column.text[0].lower() + column.text[1:]
-        axes = f", {column.frame} axes" if column.frame else ""
-        about = f"{text}{axes}, at the last control step; 0 before the first step"
-        found = output(column.name, size, _unit_of_fmu(column.unit), about)
+        text, unit = column.text[0].lower() + column.text[1:], _unit_of_fmu(column.unit)
+        given = text, "" if unit else column.unit, column.frame and f"{column.frame} axes"
+        about = f"{', '.join(filter(None, given))}, at the last control step; 0 before the first step"
+        found = output(column.name, column.width or self.robot.m, unit, about)
         return replace(found, shape=()) if column.width == 1 else found
 
     def parameters(self) -> list[Variable]:
