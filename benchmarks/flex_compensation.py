@@ -27,6 +27,7 @@ def measure() -> dict[str, dict[str, float]]:
     matrix = generator.normal(size=(6, 8))
     for name in ROBOTS:
         robot = cdpr.load_robot(name)
+        assert robot.home is not None
         poses = np.tile(robot.home, (POSES, 1))
         poses[:, :3] += generator.uniform(-SPREAD, SPREAD, (POSES, 3))
         times, pinvs = [], []
