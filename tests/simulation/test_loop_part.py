@@ -121,7 +121,7 @@ def test_a_part_that_cannot_be_described_keeps_the_run(monkeypatch):
     assert run.events[-1].text == "the toy raised RuntimeError: nothing to say while closing"
 
 
-# Operations after the motion of the plant have the time of the last sample, those that observe the new state that of it.
+# Operations that move the plant have the time of the last sample, those that observe it the time of the new state.
 @pytest.mark.parametrize(("place", "rows"), [("observed", 10), ("moved", 11)])
 @pytest.mark.parametrize("kind", [cdpr.Infeasible, cdpr.Diverged])
 def test_errors_after_a_sample_add_no_row(monkeypatch, place, rows, kind):
