@@ -121,9 +121,10 @@ def test_a_part_that_cannot_be_described_keeps_the_run(monkeypatch):
     assert run.events[-1].text == "the toy raised RuntimeError: nothing to say while closing"
 
 
-@pytest.mark.parametrize("place", ["observed", "moved"])
+# Operations that move the plant have the time of the last sample, those that observe it the time of the new state.
+@pytest.mark.parametrize(("place", "rows"), [("observed", 10), ("moved", 11)])
 @pytest.mark.parametrize("kind", [cdpr.Infeasible, cdpr.Diverged])
-def test_errors_after_a_sample_add_no_row(monkeypatch, place, kind):
+def test_errors_after_a_sample_add_no_row(monkeypatch, place, rows, kind):
     class Failing(LoopPart):
         name = "failing"
 
@@ -138,7 +139,7 @@ def test_errors_after_a_sample_add_no_row(monkeypatch, place, kind):
     monkeypatch.setattr(loop_parts, "LOOP_PARTS", [lambda scenario: Failing()])
     with pytest.raises(kind, match="here") as stop:
         cdpr.simulate(CAROCA, overrides=SHORT)
-    assert len(stop.value.run.rows) == 11
+    assert len(stop.value.run.rows) == rows
 
 
 def undocumented(kinds):
