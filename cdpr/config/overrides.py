@@ -113,9 +113,18 @@ def _key_in(node: Any, part: str | int, path: Path, mark: Mark, problems: Proble
             return int(part)
         problems.add(mark, path, f"there is no item [{part}]: {_extent(node)}")
     else:
-        what = "a list" if isinstance(node, list) else shown(node)
+        what = f"a list{_index_of(part, node)}" if isinstance(node, list) else shown(node)
         problems.add(mark, path, f"{shown(part)} does not exist in it: it is {what}")
     return None
+
+
+def _index_of(name: str | int, items: list[Any]) -> str:
+    """Return a hint with the index of the item that has this name or type."""
+    for key in ("name", "type"):
+        for i, item in enumerate(items):
+            if isinstance(item, dict) and item.get(key) == name:
+                return f"; use the index of the item, [{i}]"
+    return ""
 
 
 def _extent(items: list[Any]) -> str:

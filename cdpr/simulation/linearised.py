@@ -205,7 +205,7 @@ class _Period:
                 else:
                     A, _ = self._derivative(self._after, x, here)
             before = now
-            change = np.linalg.lstsq(np.eye(len(x)) - A, moved, rcond=1e-9)[0]
+            change = np.linalg.lstsq(np.eye(len(x)) - A, moved, rcond=1e-11)[0]
             n = self._robot.n
             x = x + change * min(1.0, FARTHEST / max(float(np.abs(change[:n]).max()), FARTHEST))
         else:

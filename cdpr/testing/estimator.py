@@ -54,7 +54,7 @@ def missing_sensors_are_reported(subject: EstimatorSubject) -> str:
         subject.make(Measuring(motion(breaks=False), []))
     except CdprError as error:
         return str(error)
-    raise Failed("was created without its sensors, and raised no CdprError")
+    raise Failed("was created without its sensors, and raised no CdprError: call `self.first` in `__init__`")
 
 
 def exact_measurements_are_followed(subject: EstimatorSubject) -> str:

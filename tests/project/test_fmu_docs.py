@@ -46,7 +46,7 @@ def test_the_example_in_fmpy_arrives(more, tmp_path, monkeypatch, capsys):
     done = CliRunner().invoke(cli, [*shlex.split(made.replace("scenarios/", f"{ROOT}/scenarios/")), *more])
     assert done.exit_code == 0, done.output
     checked = CliRunner().invoke(cli, ["fmu", "check", "loop.fmu", str(ROOT / "scenarios" / "robots" / "planar.yaml")])
-    assert "; the FMU receives no part of the state: an open-loop" in checked.stdout  # no controller of a scenario
+    assert "contains a controller and a plant (--with-controller)" in checked.stdout
     (code,) = re.findall(r"^```python\n(.*?)^```$", TEXT, re.DOTALL | re.MULTILINE)
     told: dict = {}
     exec(code, told)

@@ -305,3 +305,9 @@ def test_a_varied_key_and_an_argument_exclude_each_other(entry):
 def test_a_message_names_the_function_that_was_called(entry, given):
     with pytest.raises(CdprError, match=f"^{entry}: "):
         getattr(cdpr, entry)("caroca", 1, **given)
+
+
+@pytest.mark.parametrize("name", ["mocap", "pose"])
+def test_names_of_items_lead_to_their_index(name):
+    with pytest.raises(ScenarioError, match=r"it is a list; use the index of the item, \[0\]"):
+        load_scenario("noisy_pose", overrides={f"sensors.{name}.delay": 0.0})

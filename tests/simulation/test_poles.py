@@ -251,6 +251,33 @@ def test_controllers_with_hidden_states_and_errors_are_reported():
         at_start(with_class(Broken))
 
 
+def test_soft_cables_with_fast_servos_have_a_state_of_rest():
+    """The stiffness of the cables is small against that of the servos' integral parts."""
+    frame = [[x, y, 4.0] for x, y in ((-4.0, -3.0), (4.0, -3.0), (4.0, 3.0), (-4.0, 3.0))]
+    scenario = cdpr.Scenario(
+        robot={
+            "dof": ["x", "y", "z"],
+            "platform": {"mass": 6.0},
+            "tension": {"min": 1.0, "max": 200.0},
+            "home": {"position": [0.0, 0.0, 2.0]},
+            "cable": {"model": "elastic", "axial_stiffness": 8000.0, "damping": 50.0},
+            "winch": {
+                "type": "position",
+                "drum_radius": 0.04,
+                "inertia": 0.002,
+                "position_gain": 40.0,
+                "velocity_gain": 1.0,
+                "integral_gain": 20.0,
+            },
+            "cables": [{"frame": place, "platform": [0.0, 0.0, 0.0]} for place in frame],
+        },
+        simulation={"duration": 1.0, "control_step": 0.002, "physics_step": 0.001},
+        controller={"type": "inverse_kinematics"},
+    )
+    figures = closed_loop(scenario, np.array([1.0, 0.5, 2.2, 1.0, 0.0, 0.0, 0.0]))
+    assert figures["verdict"] == "stable"
+
+
 def test_slack_cables_are_reported():
     """Above the upper anchor's reach, the lower cable hangs loose."""
     cable = {"model": "elastic", "axial_stiffness": EA, "damping": DAMPING}

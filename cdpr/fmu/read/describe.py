@@ -85,6 +85,10 @@ def check(archive: Archive, robot: Robot | None, role: Role | None, signals: Sig
     if robot is None:
         yield Check("signals", "n/a", "no robot was given")
         return
+    if role is None and signals is None and _has_controller(archive):
+        text = "contains a controller and a plant (--with-controller), for other simulators; scenarios cannot use it"
+        yield Check("signals", "n/a", text)
+        return
     role = role or guess_role(archive, robot, signals)
     mapping, problems = resolve(archive.description, robot, signals, role)
     for problem in problems:
@@ -107,6 +111,12 @@ def _standard(archive: Archive) -> Iterator[Check]:
         yield Check("standard", "failed", printable(" ".join(problem.split())))
     if not problems:
         yield Check("standard", "passed", f"FMI {archive.description.fmi}, by FMPy")
+
+
+def _has_controller(archive: Archive) -> bool:
+    """Return True for an FMU of `cdpr fmu export --with-controller`: the desired pose leads to the actual one."""
+    variables = {(each.name, each.causality) for each in archive.description.variables}
+    return variables >= {("desired_position", "input"), ("position", "output")}
 
 
 def guess_role(archive: Archive, robot: Robot, signals: Signals | None) -> Role:

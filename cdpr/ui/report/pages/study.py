@@ -95,13 +95,13 @@ def _about(results: Results) -> str:
     scenarios = dict.fromkeys(os.path.normpath(grid.scenario.source) for grid in study.blocks)
     versions = {f"{name} {version}" for row in results.rows.values() for name, version in row.versions.items()}
     return (
-        f"<h2>Varied keys</h2>\n{table(dict.fromkeys(rows), ('Axis', 'Places', 'What they are'), numeric=False)}\n"
+        f"<h2>Varied keys</h2>\n{table(dict.fromkeys(rows), ('Axis', 'Number', 'Values'), numeric=False)}\n"
         f"<p>Scenario: {escape(', '.join(scenarios))}. "
         f"Versions: {escape(', '.join(sorted(versions)))}.</p>\n"
-        "<p>A dot is a run. Where several runs share a place, because an axis has none of its own in the figure, the "
-        "dot is their median and a line reaches from the least to the greatest. If such runs differ only in their "
-        "seed, the dot is their mean, the thick line one standard deviation, and the thin line the 95 % band. Crosses "
-        "at the top are runs that have no figure: they diverged, failed, died or hung.</p>"
+        "<p>A dot is a run. Runs that differ only in axes not plotted are summarised by their median (dot) and range "
+        "(line). If they differ only in their seed, the dot is their mean, the thick line one standard deviation, and "
+        "the thin line the 95 % band. Crosses at the top are runs without a result: they diverged, failed, died or "
+        "hung.</p>"
     )
 
 
