@@ -9,7 +9,7 @@ from time import monotonic
 
 import numpy as np
 
-from cdpr.base.errors import BackendDied, CdprError, Diverged, PluginError, SimulationStopped
+from cdpr.base.errors import BackendDied, Diverged, PluginError, SimulationStopped
 from cdpr.log.blocks import BLOCK
 from cdpr.model.robot import Array, read_only
 from cdpr.native.bind import bind
@@ -132,17 +132,12 @@ class Loop:
         self._memory.reset(start)
 
     def _try_control(self) -> None:
-        parts = self.parts
         self.out[:] = np.nan
         perform(self.pipeline.operations[:1])
         if np.isnan(self.out).any():
-            if type(parts.controller).__module__.partition(".")[0] == "cdpr_controllers":
-                raise CdprError(
-                    f"the controller finds no finite {parts.output_name} at the start: check the tensions there with "
-                    "`cdpr info`, and mass, weight of the cables and options of the controller"
-                )
             raise PluginError(
-                f"the controller wrote no {parts.output_name}, or NaN: `control` must write all of the given array"
+                f"the controller wrote no {self.parts.output_name}, or NaN: `control` must write all of the given array. If "
+                "it does, check the tensions at the start by `cdpr info`, the mass and the weight of the cables"
             )
         if isinstance(self.stage, TensionStage):
             robot, limits = parts.controlled_robot, self.present.cables.limits
