@@ -136,12 +136,12 @@ class Loop:
         perform(self.pipeline.operations[:1])
         if np.isnan(self.out).any():
             raise PluginError(
-                f"the controller wrote no {self.parts.output_name}, or NaN: `control` must write all of the given array. If "
-                "it does, check the tensions at the start by `cdpr info`, the mass and the weight of the cables"
+                f"the controller wrote no {self.parts.output_name}, or NaN: `control` must write all of the given array. "
+                "If it does, check the tensions at the start by `cdpr info`, the mass and the weight of the cables"
             )
         if isinstance(self.stage, TensionStage):
-            robot, limits = parts.controlled_robot, self.present.cables.limits
-            check_limits(robot, parts.solver, parts.solver_name, limits, self.W, self.wrench)
+            parts, limits = self.parts, self.present.cables.limits
+            check_limits(parts.controlled_robot, parts.solver, parts.solver_name, limits, self.W, self.wrench)
         self.stage.distribute()
         if self.present.live.status[0] not in ANSWERS and not self.stage.answered:
             raise PluginError(self.stage.unanswered())
