@@ -136,8 +136,8 @@ class Loop:
         perform(self.pipeline.operations[:1])
         if np.isnan(self.out).any():
             raise PluginError(
-                f"the controller wrote no {self.parts.output_name}, or NaN: `control` must write all of the given array. "
-                "If it does, check the tensions at the start by `cdpr info`, the mass and the weight of the cables"
+                f"the controller wrote no {self.parts.output_name}, or NaN: `control` must write all of the given "
+                "array. If it does, check the tensions at the start by `cdpr info`, the mass and the weight of the cables"
             )
         if isinstance(self.stage, TensionStage):
             parts, limits = self.parts, self.present.cables.limits
