@@ -137,7 +137,7 @@ class Loop:
         if np.isnan(self.out).any():
             raise PluginError(
                 f"the controller wrote no {self.parts.output_name}, or NaN: `control` must write all of the given "
-                "array. If it does, check the tensions at the start by `cdpr info`, the mass and the weight of the cables"
+                "array. If it does, check tensions at the start by `cdpr info` and the mass and weight of cables"
             )
         if isinstance(self.stage, TensionStage):
             parts, limits = self.parts, self.present.cables.limits
