@@ -50,6 +50,16 @@ def test_markers_out_of_sight():
     assert "sensor 'camera' sees no marker at the end" in list(reservations(run))
 
 
+@pytest.mark.parametrize(("bias", "warned"), [(0.0, False), (0.02, True)])
+def test_estimates_with_errors_beyond_their_covariance(bias, warned):
+    overrides = {"simulation.duration": 0.2, "sensors.0.length.bias": bias}
+    run = cdpr.simulate(ROOT / "scenarios" / "encoders_only.yaml", overrides=overrides)
+    nees = run.summary()["estimate"]["nees"]["mean_per_value"]
+    found = [text for text in reservations(run) if "estimate" in text]
+    text = f"the estimate's errors are {nees**0.5:.3g} times its standard deviations (NEES {nees:.3g} per value)"
+    assert found == ([text] if warned else [])
+
+
 def test_lists_of_intervals_are_short():
     run = cdpr.simulate("hangprinter", overrides={"simulation.duration": 2.0, "controller.pretension": 0})
     slack = [event for event in run.events if event.kind == "slack"]

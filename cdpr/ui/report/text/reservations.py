@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 
@@ -19,12 +21,16 @@ LARGE_SHARE = 0.1
 # Periods of a sensor: random losses are hardly ever this long (a chance of 1e-6 if every second measurement is lost).
 SILENT = 20.0
 
+# Mean NEES per value above which errors are, on average, more than twice as large as the covariance states.
+DECEIVED = 4.0
+
 
 def reservations(run: Run) -> Iterator[str]:
     """Yield the warnings as parts of a sentence, first those on lost sensors and steps."""
     figures = run.summary()
     total = figures["samples"]
     yield from silent(run)
+    yield from deceived(figures)
     if bad := figures.get("lost_steps"):
         yield f"the steppers lost {bad} full steps"
     if bad := figures["infeasible_steps"]:
@@ -64,6 +70,13 @@ def silent(run: Run) -> Iterator[str]:
             yield f"sensor '{name}' took no measurement after {end - age:.6g} s"
         elif f"{name}_seen" in columns and not last[columns[f"{name}_seen"]].any():
             yield f"sensor '{name}' sees no marker at the end"
+
+
+def deceived(figures: dict[str, Any]) -> Iterator[str]:
+    """Yield a warning if the errors of the estimate are much larger than its covariance."""
+    nees = (figures.get("estimate", {}).get("nees") or {}).get("mean_per_value", 0.0)
+    if nees > DECEIVED:
+        yield f"the estimate's errors are {math.sqrt(nees):.3g} times its standard deviations (NEES {nees:.3g} per value)"
 
 
 def overstrained(run: Run) -> Iterator[str]:
