@@ -76,7 +76,8 @@ def deceived(figures: dict[str, Any]) -> Iterator[str]:
     """Yield a warning if the errors of the estimate are much larger than its covariance."""
     nees = (figures.get("estimate", {}).get("nees") or {}).get("mean_per_value", 0.0)
     if nees > DECEIVED:
-        yield f"the estimate's errors are {math.sqrt(nees):.3g} times its standard deviations (NEES {nees:.3g} per value)"
+        times = f"{math.sqrt(nees):.3g} times"
+        yield f"the estimate's errors are {times} its standard deviations (NEES {nees:.3g} per value)"
 
 
 def overstrained(run: Run) -> Iterator[str]:
