@@ -136,7 +136,7 @@ def _scenario(header: Header) -> dict[str, str]:
 
 
 def _of_row(row: Array | None) -> dict[str, str]:
-    """Return what identifies a row (width,); None stands for no images."""
+    """Return what identifies a row (width,); None if there are no images."""
     return {"crc32": "" if row is None else str(crc32(np.ascontiguousarray(row, dtype="<f8").tobytes()))}
 
 

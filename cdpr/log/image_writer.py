@@ -13,7 +13,7 @@ from cdpr.log.images import cameras_of, rows_apart
 from cdpr.model.robot import Array
 
 QUEUE = 4096  # rows that wait for their images: a few megabytes; with more, the run waits
-POLL = 0.1  # s, between two looks at a thread that may have ended
+POLL = 0.1  # s, between two checks whether a thread has ended
 
 
 class ImageWriter:

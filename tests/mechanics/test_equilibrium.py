@@ -142,7 +142,7 @@ def test_scipy_finds_no_lower_energy_nearby_and_returns_to_stable_poses(seeds):
         other = minimize(energy, beside, method="BFGS", options={"gtol": 1e-9})
         assert other.fun >= energy(np.zeros(robot.n)) - 1e-9, seed
         soft = found.eigenvalues[0] * at_rest.size / at_rest.weight  # scipy gets as near as its differences allow
-        # Where a cable is just taut, poses beside it with the cable slack may have the same energy.
+        # If a cable is just taut, poses beside it with the cable slack may have the same energy.
         just_taut = (np.abs(path_lengths(robot, found.pose) - unwound) < 1e-12 * at_rest.size).any()
         if found.stability == "stable" and soft > 0.1 and not just_taut:
             assert np.linalg.norm(other.x) < 1e-3, seed

@@ -58,6 +58,8 @@ OTHERS = [
     Other("direct", "cdpr.simulation.estimation", "a property of estimators"),
     Other("direct", "cdpr_controllers.estimators", "likewise"),
     Other("set", "cdpr.simulation.live", "a method"),
+    Other("payload", "cdpr.ui.live.received_messages", "a request, named as the method of live simulations"),
+    Other("elastic", "cdpr_controllers.estimators.ekf_prediction", "a field of its kernel: if a cable stretches"),
     Other("set", "cdpr.ui.gui.editor.fields", "a kind of field: several of a few"),
     Other("limits", "cdpr.ui.gui", "limits of the cables that the window shows, requested by the name of the method"),
     Other("csv", "cdpr.log.export", "the ending of a file"),
