@@ -105,10 +105,10 @@ template <class T> inline T store_measurement(const KalmanFilter<T>& p, T now, i
     const T ago = select(stored, late, zero);
     if (row[SensorRow::KIND] != LOAD_CELLS) return ago;
     const Truth<T> acts = stored & (now - late > zero);  // no tensions act before the start
-    for (double before = largest(ago); before >= 0.0; before -= 1.0) {
-        const RingRow<T> at = p.step(now - T(before));
+    for (int64_t before = int64_t(largest(ago)); before >= 0; before--) {
+        const RingRow<T> at = p.step(now - T(double(before)));
         for (int64_t j = 0; j < p.platform.m; j++)
-            at.put(KalmanFilter<T>::TENSION + j, p.values[place + j], acts & (ago >= T(before)));
+            at.put(KalmanFilter<T>::TENSION + j, p.values[place + j], acts & (ago >= T(double(before))));
     }
     return select(acts & (late + T(1.0) < now), ago + T(1.0), ago);  // the step that ends with them
 }
@@ -204,7 +204,8 @@ template <class T> inline int kalman_filter(KalmanFilter<T>& p) {
     p.innovation[0] = NOT_A_NUMBER;
     p.innovation[1] = 0.0;
     const T ago = store_inputs(p, now);
-    for (double late = largest(ago); late >= 0.0; late -= 1.0) {
+    for (int64_t k = int64_t(largest(ago)); k >= 0; k--) {
+        const double late = double(k);
         const T at = now - T(late);
         load_tensions(p, at, late);
         begin_step(p, at);

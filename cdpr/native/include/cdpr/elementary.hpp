@@ -18,10 +18,10 @@ constexpr int64_t BIAS = 1023, MANTISSA = 52;
 
 // Return 2^n, |n| <= 1022, of n + SHIFT.
 CDPR_INLINE double power_of_two(double shifted) {
-    uint64_t bits;
+    uint64_t bits = 0;
     memcpy(&bits, &shifted, sizeof bits);
     bits = (bits + BIAS) << MANTISSA;
-    double found;
+    double found = 0.0;
     memcpy(&found, &bits, sizeof found);
     return found;
 }

@@ -12,7 +12,7 @@ template <class T> CDPR_INLINE bool same_bits(const T* one, const T* other, int6
     const char *const a = reinterpret_cast<const char*>(one), *const b = reinterpret_cast<const char*>(other);
     uint64_t differing = 0;
     for (int64_t i = 0; i < count * int64_t(sizeof(T)); i += 8) {
-        uint64_t x, y;
+        uint64_t x = 0, y = 0;
         memcpy(&x, a + i, 8);
         memcpy(&y, b + i, 8);
         differing |= x ^ y;
