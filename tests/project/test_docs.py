@@ -33,8 +33,7 @@ SCRIPTS = {
     "scenario_files.md": scenario_files,
 }
 ROWS = thesis.results()
-STUDY = yaml.safe_load(thesis.STUDY.read_text())
-BELIEF = yaml.safe_load(thesis.BELIEF.read_text())
+STUDY, BELIEF = (yaml.safe_load(each.read_text()) for each in (thesis.STUDY, thesis.BELIEF))
 CASE = ("caroca", "three", "pseudo_inverse")
 POINTS = {axis["name"]: axis["points"] for axis in STUDY["axes"] if "points" in axis}
 
@@ -317,10 +316,10 @@ class TestCommandsOfTheTeachingPageGiveItsTables:
         assert told == pytest.approx([stored["largest_mm"], stored["end_mm"]], rel=SAME)
 
     def test_vision(self, tmp_path):
-        said = command_of("vision", tmp_path, "--no-report")
+        errors = command_of("vision", tmp_path, "--no-report")["position_error_m"]
         stored = self.STORED["vision"]["visual_servo"]["mass"]
-        told = [1e3 * said["position_error_m"][name] for name in ("max", "final")]
-        assert told == pytest.approx([stored["largest_mm"], stored["end_mm"]], rel=SAME)
+        told = 1e3 * errors["max"], 1e3 * errors["final"]
+        assert told == pytest.approx((stored["largest_mm"], stored["end_mm"]), rel=SAME)
 
     @pytest.mark.slow  # engines in processes of their own
     def test_steps(self, tmp_path):
@@ -396,7 +395,6 @@ def test_engines_of_the_teaching_page_come_out_the_same():
 
 
 def test_orders_on_the_teaching_page():
-    steps = teaching.results()["steps"]
-    for name in ("mujoco", "bullet", "dart"):
-        assert steps[name]["2"] / steps[name]["1"] == pytest.approx(2.0, rel=0.02)
-    assert steps["reference"]["4"] / steps["reference"]["2"] == pytest.approx(16.0, rel=0.1)
+    for name, each in teaching.results()["steps"].items():
+        first, second, ratio, within = ("2", "4", 16.0, 0.1) if name == "reference" else ("1", "2", 2.0, 0.02)
+        assert each[second] / each[first] == pytest.approx(ratio, rel=within)
