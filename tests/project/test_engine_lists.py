@@ -18,7 +18,6 @@ ENGINES = {row.name for row in cdpr_backends.cdpr_backends() if row.requires} - 
 OTHERS = {
     "analysis/compare/test_compare.py": "the error for a missing one",
     "analysis/study/test_study_plan.py": "labels",
-    "project/test_docs.py": "results in the documentation",
     "sensing/test_camera.py": "renderers",
 }
 
