@@ -53,7 +53,8 @@ def add_steps(scenario: Scenario, steps: list[float], between: Callable[[], obje
         between()
         done, since = k, thread_time()
 
-    loop.run(np.empty((scenario.simulation.steps + 1, len(loop.row))), chunk)
+    rows = np.full((BLOCK, len(loop.row)), math.nan)  # filled again and again: new pages of memory are the log's cost
+    loop.run(rows, chunk, steps=scenario.simulation.steps)
 
 
 @dataclass(frozen=True)

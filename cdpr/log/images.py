@@ -83,7 +83,8 @@ class CameraImages:
     def revised(self, header: Header) -> CameraImages:
         """Return the same camera, with its renderer, for another header of the run."""
         other = CameraImages(header, self.camera)
-        vars(other)["renderer"] = self.renderer
+        if "renderer" in vars(self):
+            vars(other)["renderer"] = self.renderer
         return other
 
     def close(self) -> None:

@@ -62,16 +62,19 @@ template <class T> struct ErrorDraws {
 
     void draw(const Measurement<T>& p, Truth<T> due) {
         bool drifts = false, varies = false;
+        T stream[6];  // in registers
+        for (int i = 0; i < 6; i++) stream[i] = p.stream[i];
         for (next = 0; next < MOST; next++, drawn++) {
             drift[next] = noise[next] = 0.5;  // of which the normal number is 0
             if (drawn >= p.k) continue;
             const T* const error = p.errors + ERROR_NUMBERS * drawn;
             const Truth<T> walks = due & (error[DRIFT] > T(0.0)), noisy = due & (error[NOISE] > T(0.0));
-            if (any(walks)) drift[next] = uniform_where(walks, p.stream);
-            if (any(noisy)) noise[next] = uniform_where(noisy, p.stream);
+            if (any(walks)) drift[next] = uniform_where(walks, stream);
+            if (any(noisy)) noise[next] = uniform_where(noisy, stream);
             drifts = drifts || any(walks);
             varies = varies || any(noisy);
         }
+        for (int i = 0; i < 6; i++) p.stream[i] = stream[i];
         if (drifts) normal_quantiles(drift);
         if (varies) normal_quantiles(noise);
         next = 0;

@@ -17,6 +17,7 @@ from cdpr.base import tolerances
 from cdpr.base.errors import CdprError, PlantEnded, one_line
 from cdpr.base.lazy import late
 from cdpr.base.problems import shown
+from cdpr.log.header import Header
 from cdpr.log.run import Run
 from cdpr.log.run_folder import RunFolder
 from cdpr.model.arrays import checked
@@ -161,6 +162,11 @@ class Simulation(Branches):
     def events(self) -> tuple[ScenarioEvent, ...]:
         """Return the events of the scenario and the live ones, in the order of their definition."""
         return self._runner.session.events
+
+    @property
+    def header(self) -> Header:
+        """Return the header of the run's log, with the events so far."""
+        return self._runner.header
 
     @property
     def state(self) -> Array:

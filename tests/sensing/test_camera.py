@@ -20,6 +20,7 @@ import cdpr
 from cdpr.log.image_file import complete_images, stored_images
 from cdpr.log.images import cameras_of, images, png
 from cdpr.sensing import rendering
+from cdpr.ui.gui.images import LatestImages
 from cdpr.ui.live.messages import Messages
 
 SCENARIO = ROOT / "scenarios" / "camera.yaml"
@@ -247,6 +248,32 @@ def test_live_messages_contain_an_image_in_each_period():
     first = TYPES.deserialize_cdr(sent[0][2], "sensor_msgs/msg/CompressedImage")
     assert first.header.stamp.nanosec == 6_000_000
     assert not list(made.of(run.rows[0], 0, [False] * len(names)))
+
+
+@pytest.mark.parametrize("cut", [False, True])
+def test_a_cable_cut_live_is_not_drawn_any_more(cut):
+    usable("auto")
+    with cdpr.Simulation(SCENARIO, overrides=SHORT) as sim:
+        start = sim.header
+        if cut:
+            sim.cut(3)
+        sim.step(1)
+        row, header = sim.row.copy(), sim.header
+    made, latest, sent, shown = Messages(start), LatestImages(start), [], []
+    markers, image = (
+        [topic.name == name for topic in made.topics] for name in ("/cdpr/markers", "/cdpr/sensors/roof/compressed")
+    )
+    for each, sample in ((start, 0), (header, 1000)):
+        made.amend(each)
+        latest.amend(each)
+        (_, drawn), (_, rendered) = *made.of(row, 0, markers), *made.of(row, sample, image)
+        sent.append((drawn, rendered[12:]))  # after the time
+        assert latest.take(sample, row)
+        shown.append([camera["png"] for camera in latest.message["cameras"]])
+    made.close()
+    latest.close()
+    assert [one != other for one, other in zip(*sent, strict=True)] == [cut, cut]
+    assert (shown[0] != shown[1]) == cut
 
 
 def hide(monkeypatch, *missing):

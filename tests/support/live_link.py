@@ -12,9 +12,9 @@ class Quiet(Sender):
         self.said, self.told = [], []
         super().__init__(host, 7, self.said.append, parameters)
 
-    def show(self, row, sample):
+    def show(self, row, sample, header):
         self.told.append(sample)
-        super().show(row, sample)
+        super().show(row, sample, header)
 
     def _open(self, topics):
         pass

@@ -43,6 +43,10 @@ class LatestImages:
             self._shown[i] = {"name": camera.name, "t": round(sample * self._step, 9), "png": data}
         return bool(due)
 
+    def amend(self, header: Header) -> None:
+        """Use the run's header after live events from now on: other cables may be broken."""
+        self._cameras = [camera.revised(header) for camera in self._cameras]
+
     def close(self) -> None:
         """Free the renderers."""
         for camera in self._cameras:

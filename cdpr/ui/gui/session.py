@@ -119,6 +119,8 @@ class SimulationSession:
     def redraw(self) -> None:
         """Draw the present events from now on."""
         self._drawing.change(self._sim.events)
+        if self._images is not None:
+            self._images.amend(self._drawing.header)
 
     def show_frame(self) -> None:
         """Publish the frame of the last complete sample, if there is one."""

@@ -43,7 +43,7 @@ class LiveDriver(Driver):
 
     def begin(self) -> None:
         """Start the link, too."""
-        self._link.begin(self.simulation.so_far().header)
+        self._link.begin(self.simulation.header)
         self.changed({"paused": self.paused, "speed": self.pacing.speed})
         super().begin()
 
@@ -65,7 +65,7 @@ class LiveDriver(Driver):
     def _show(self) -> None:
         simulation = self.simulation
         if simulation.samples:
-            self._link.show(simulation.row, simulation.samples - 1)
+            self._link.show(simulation.row, simulation.samples - 1, simulation.header)
             self._shown = self.clock.now(), simulation.time
 
     def changed(self, parameters: Mapping[str, Any]) -> None:

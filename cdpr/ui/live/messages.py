@@ -17,6 +17,12 @@ from cdpr.log.visuals import PATH, PATH_RATE, visual_topics
 from cdpr.model.robot import Array
 
 
+def _groups(header: Header) -> list[tuple[Group, Chunk]]:
+    own = run_topics(header)
+    groups = (own, *visual_topics(header, own.channel + len(own.topics)))
+    return [(group, Chunk(Template(group), 1, header.control_step)) for group in groups]
+
+
 class Messages:
     """Messages of a run.
 
@@ -25,18 +31,20 @@ class Messages:
     """
 
     def __init__(self, header: Header) -> None:
-        own = run_topics(header)
-        groups = (own, *visual_topics(header, own.channel + len(own.topics)))
-        topics = [topic for group in groups for topic in group.topics]
+        self._header, self._groups = header, _groups(header)
+        topics = [topic for group, _ in self._groups for topic in group.topics]
         self._cameras = cameras_of(header)
         self._imaged = [-1] * len(self._cameras)  # period of the last image of each
         topics += [Topic(camera.topic, KIND, {}) for camera in self._cameras]
         self.topics: tuple[Topic, ...] = tuple(topics)
         self._step = header.control_step
-        self._groups: list[tuple[Group, Chunk]] = [
-            (group, Chunk(Template(group), 1, header.control_step)) for group in groups
-        ]
         self._path_due = -math.inf  # clock time
+
+    def amend(self, header: Header) -> None:
+        """Use the run's header after live events from now on: other cables may be broken. The topics remain."""
+        if header is not self._header:
+            self._header, self._groups = header, _groups(header)
+            self._cameras = [camera.revised(header) for camera in self._cameras]
 
     def of(self, row: Array, sample: int, wanted: list[bool]) -> Iterator[tuple[int, bytes]]:
         """Yield the topic number and bytes of each wanted topic for a row (width,) and its sample number.

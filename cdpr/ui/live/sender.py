@@ -58,7 +58,7 @@ class Sender(ABC):
         self.requests = Requests()
         self.parameters: dict[str, Any] = {"paused": False, "speed": 1.0, **(parameters or {})}
         self._say = say
-        self._shown: deque[tuple[Array, int]] = deque(maxlen=BACKLOG)
+        self._shown: deque[tuple[Array, int, Header]] = deque(maxlen=BACKLOG)
         self._some, self._ended = threading.Event(), threading.Event()
         self._thread: threading.Thread | None = None
         self._telling = threading.Lock()
@@ -77,9 +77,9 @@ class Sender(ABC):
         self._thread = threading.Thread(target=self._send, name="cdpr live", daemon=True)
         self._thread.start()
 
-    def show(self, row: Array, sample: int) -> None:
-        """Queue a sample for sending; drop the oldest if too many wait."""
-        self._shown.append((row, sample))
+    def show(self, row: Array, sample: int, header: Header) -> None:
+        """Queue a sample for sending, with the run's present header; drop the oldest if too many wait."""
+        self._shown.append((row, sample, header))
         self._some.set()
 
     def changed(self, parameters: Mapping[str, Any]) -> None:
@@ -185,9 +185,10 @@ class Sender(ABC):
             self._some.clear()
             ended = self._ended.is_set()  # read before the samples, so that none is missed
             while self._shown:
-                row, sample = self._shown.popleft()
+                row, sample, header = self._shown.popleft()
                 wanted = self._wanted()
                 if any(wanted):
+                    self._messages.amend(header)
                     time = int(nanoseconds(np.array([sample]), self._step)[0])
                     try:
                         self._put(time, self._messages.of(row, sample, wanted))

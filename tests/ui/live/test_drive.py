@@ -32,8 +32,9 @@ class Script:
     def begin(self, header):
         self.cables = header.cables
 
-    def show(self, row, sample):
+    def show(self, row, sample, header):
         self.samples.append(sample)
+        self.header = header
         if self.asked and sample >= self.asked[0][0]:
             self.requests.put(self.asked.pop(0)[1])
 
@@ -66,6 +67,12 @@ def test_a_wrench_takes_the_place_of_the_one_before():
     assert link.samples[:4] == [9, 19, 29, 39]
     felt = [run.external[k, :3].tolist() for k in (5, 20, 45, 80)]
     assert felt == [[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [0.0, 7.0, 0.0], [0.0, 0.0, 0.0]]
+
+
+def test_samples_have_the_header_after_a_cut():
+    _, link = driven([(29, Request("cut", {"cable": "cable_4"}))])
+    assert link.said == []
+    assert link.header.broken == ((3, 0.03),)
 
 
 def test_tensions_go_to_the_cables_that_are_named():
@@ -131,8 +138,8 @@ def test_lost_time_is_not_caught_up():
     link = Script([], clock)
     show = link.show
 
-    def sleepy(row, sample):
-        show(row, sample)
+    def sleepy(row, sample, header):
+        show(row, sample, header)
         if len(link.samples) == 10:
             clock.time += 5.0
 

@@ -11,13 +11,13 @@ from cdpr.ui.live.sender import Sender
 class EndsAtOnce(Sender):
     """A link whose run has ended before its thread begins to send."""
 
-    def __init__(self, row):
+    def __init__(self, row, header):
         super().__init__("127.0.0.1", 7, str)
-        self.row, self.sent = row, []
+        self.row, self.header, self.sent = row, header, []
 
     def _open(self, topics):
         self.topics = topics
-        self.show(self.row, 0)
+        self.show(self.row, 0, self.header)
         self.close()
 
     def _wanted(self):
@@ -33,7 +33,7 @@ class EndsAtOnce(Sender):
 def test_samples_shown_before_the_end_are_sent():
     with live_cases.simulation() as simulation:
         simulation.step(1)
-        link = EndsAtOnce(np.array(simulation.row))
-        link.begin(simulation.so_far().header)
+        link = EndsAtOnce(np.array(simulation.row), simulation.header)
+        link.begin(simulation.header)
     link.close()
     assert link.sent == [(0, len(link.topics))]

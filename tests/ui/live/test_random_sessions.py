@@ -29,7 +29,7 @@ class Script:
     def begin(self, header):
         pass
 
-    def show(self, row, sample):
+    def show(self, row, sample, header):
         if self.asked and (self.paused or sample >= self.asked[0][0]):
             self.requests.put(self.asked.pop(0)[1], replaceable=False)
 

@@ -33,8 +33,8 @@ def test_services_request_their_namesakes():
 def test_the_oldest_unread_message_is_dropped():
     link = Kept()
     for sample in range(3 * BACKLOG):
-        link.show(np.zeros(1), sample)
-    assert [sample for _, sample in link._shown] == list(range(2 * BACKLOG, 3 * BACKLOG))
+        link.show(np.zeros(1), sample, None)
+    assert [sample for _, sample, _ in link._shown] == list(range(2 * BACKLOG, 3 * BACKLOG))
 
 
 def test_set_keys_are_requested():
