@@ -45,11 +45,16 @@ template <class T> struct Measurement {
 };
 
 // Return the next uniform number of a stream; streams of other lanes do not advance.
-template <class T> CDPR_INLINE T uniform_where(Truth<T> draws, T* stream) {
-    T state[6];
-    for (int i = 0; i < 6; i++) state[i] = stream[i];
+template <class T> CDPR_INLINE T uniform_where(Truth<T> draws, RandomState<T>& stream) {
+    RandomState<T> state = stream;
     const T number = next_uniform(state);
-    for (int i = 0; i < 6; i++) stream[i] = select(draws, state[i], stream[i]);
+    stream = select(draws, state, stream);
+    return number;
+}
+template <class T> CDPR_INLINE T uniform_where(Truth<T> draws, T* stream) {
+    RandomState<T> state = random_state(stream);
+    const T number = uniform_where(draws, state);
+    store(state, stream);
     return number;
 }
 
@@ -62,8 +67,7 @@ template <class T> struct ErrorDraws {
 
     void draw(const Measurement<T>& p, Truth<T> due) {
         bool drifts = false, varies = false;
-        T stream[6];  // in registers
-        for (int i = 0; i < 6; i++) stream[i] = p.stream[i];
+        RandomState<T> stream = random_state(p.stream);
         for (next = 0; next < MOST; next++, drawn++) {
             drift[next] = noise[next] = 0.5;  // of which the normal number is 0
             if (drawn >= p.k) continue;
@@ -74,7 +78,7 @@ template <class T> struct ErrorDraws {
             drifts = drifts || any(walks);
             varies = varies || any(noisy);
         }
-        for (int i = 0; i < 6; i++) p.stream[i] = stream[i];
+        store(stream, p.stream);
         if (drifts) normal_quantiles(drift);
         if (varies) normal_quantiles(noise);
         next = 0;

@@ -13,6 +13,13 @@ template <class T> CDPR_INLINE Vector<T> unit_vector(int j) {
     return {j == 0 ? 1.0 : 0.0, j == 1 ? 1.0 : 0.0, j == 2 ? 1.0 : 0.0};
 }
 
+// Cross product of the unit vector along axis k, and v.
+template <class T> CDPR_INLINE Vector<T> unit_cross(int k, Vector<T> v) {
+    if (k == 0) return {0.0, -v.z, v.y};
+    if (k == 1) return {v.z, 0.0, -v.x};
+    return {-v.y, v.x, 0.0};
+}
+
 // Write B = R A R^T, 3 x 3, within matrices with rows of `stride` numbers; `axes` are the columns of R.
 template <class T> CDPR_INLINE void rotate_block(const Vector<T>* axes, const T* A, int stride, T* B) {
     T turned[3][3];  // R A, by columns
@@ -183,13 +190,18 @@ template <class T> inline void write_wrench(const FilteredPlatform<T>& p, const 
                                             const T* tension, T* wrench, LinearisedMotion<T>& now) {
     const Inertial<T> body = {p.inertial};
     const Quaternion<T> q = quaternion(state + 3);
-    const Vector<T> spin = vector(state + 10), none = no_vector<T>(), r = body.lever(q);
-    store(inverse_dynamics<T>(body, vector(p.gravity), q, spin, none, none), wrench);
+    const Vector<T> spin = vector(state + 10), r = body.lever(q), turning = cross(spin, r);
+    T stiffness[6][6], inertia[9];
+    rotate_block(axes, p.inertial + Inertial<T>::INERTIA, 3, inertia);
+    const Vector<T> momentum = product(inertia, spin);
+    // As inverse_dynamics.hpp without accelerations, with the inertia in world axes, which the derivatives need, too.
+    const Vector<T> weight = body.mass() * (vector(p.gravity) - cross(spin, turning));
+    const Wrench<T> own = {weight, cross(r, weight) - cross(spin, momentum)};
+    store(own, wrench);
     for (int j = 0; j < 6; j++) {
         const T* row = p.matrix + j * p.m;
-        wrench[j] = sum(-wrench[j], 0, p.m, [&](int64_t i) { return row[i] * tension[i]; });
+        wrench[j] = sum(wrench[j], 0, p.m, [&](int64_t i) { return row[i] * tension[i]; });
     }
-    T stiffness[6][6], inertia[9];
     write_stiffness(p, tension, q, r, body.mass() * vector(p.gravity), stiffness);
     for (int j = 0; j < 6; j++) {
         T* const row = now.wrench_rate[j];
@@ -199,12 +211,11 @@ template <class T> inline void write_wrench(const FilteredPlatform<T>& p, const 
             row[VELOCITY_ERROR + k] = 0.0;
         }
     }
-    rotate_block(axes, p.inertial + Inertial<T>::INERTIA, 3, inertia);
-    const Vector<T> momentum = product(inertia, spin), turning = cross(spin, r);
-    for (int k = 0; k < 3; k++) {  // an angular velocity e more
-        const Vector<T> e = unit_vector<T>(k);
-        const Vector<T> force = -body.mass() * (cross(e, turning) + cross(spin, cross(e, r)));
-        const Vector<T> moment = cross(momentum, e) - cross(spin, vector(inertia + 3 * k)) + cross(r, force);
+    CDPR_UNROLL
+    for (int k = 0; k < 3; k++) {  // an angular velocity e more along axis k
+        const Vector<T> force = -body.mass() * (unit_cross(k, turning) + cross(spin, unit_cross(k, r)));
+        const Vector<T> gyroscopic = unit_cross(k, momentum) + cross(spin, vector(inertia + 3 * k));
+        const Vector<T> moment = cross(r, force) - gyroscopic;
         const T column[6] = {force.x, force.y, force.z, moment.x, moment.y, moment.z};
         for (int j = 0; j < 6; j++) now.wrench_rate[j][SPIN_ERROR + k] = column[j];
     }

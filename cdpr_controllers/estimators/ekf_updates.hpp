@@ -20,6 +20,18 @@ struct SensorRow {
     static constexpr int KIND = 0, VALUES = 1, DEVIATIONS = 2, SETTINGS = 3, COUNT = 4, WIDTH = 5;
 };
 
+// Sum of terms in two chains of additions, which run beside each other.
+template <int begin, int end, class Term> CDPR_INLINE auto in_pairs(Term term) {
+    auto even = term(begin), odd = term(begin + 1);
+    CDPR_UNROLL
+    for (int j = begin + 2; j + 1 < end; j += 2) {
+        even = even + term(j);
+        odd = odd + term(j + 1);
+    }
+    if ((end - begin) % 2 == 1) even = even + term(end - 1);
+    return even + odd;
+}
+
 // Covariance that scalar measurements reduce, and the correction of the error state that they give.
 template <class T> struct Correction {
     T* covariance;      // (12, 12), symmetric; while measurements are used, all rows of the first six columns and the
@@ -34,18 +46,10 @@ template <class T> struct Correction {
         where = where & measured;
         if (!any(where)) return;
         T gain[ERRORS], share[ERRORS];
-        for (int k = 0; k < ERRORS; k += Strip<T>::COLUMNS) {
-            auto part = row[begin] * strip(covariance + ERRORS * begin + k);
-            CDPR_UNROLL
-            for (int j = begin + 1; j < end; j++) part = part + row[j] * strip(covariance + ERRORS * j + k);
-            store(part, gain + k);
-        }
-        T known = 0.0;
-        CDPR_UNROLL
-        for (int j = begin; j < end; j++) {
-            innovation = innovation - row[j] * error[j];
-            known = known + row[j] * gain[j];
-        }
+        for (int k = 0; k < ERRORS; k += Strip<T>::COLUMNS)
+            store(in_pairs<begin, end>([&](int j) { return row[j] * strip(covariance + ERRORS * j + k); }), gain + k);
+        innovation = innovation - in_pairs<begin, end>([&](int j) { return row[j] * error[j]; });
+        const T known = in_pairs<begin, end>([&](int j) { return row[j] * gain[j]; });
         const T variance = known + larger(deviation * deviation, LEAST_NOISE * known);
         const T precision = 1.0 / variance, scaled = innovation * precision;
         square = select(where, square + innovation * scaled, square);

@@ -44,12 +44,28 @@ template <class T> CDPR_INLINE Truth<T> valid_stream(const T* state) {
     return valid_component(state, MODULUS_1) & valid_component(state + 3, MODULUS_2);
 }
 
+// State of a stream while numbers are drawn: an array would not be kept in registers.
+template <class T> struct RandomState {
+    T a0, a1, a2, b0, b1, b2;
+};
+
+template <class T> CDPR_INLINE RandomState<T> random_state(const T* s) { return {s[0], s[1], s[2], s[3], s[4], s[5]}; }
+
+template <class T> CDPR_INLINE void store(const RandomState<T>& s, T* state) {
+    state[0] = s.a0, state[1] = s.a1, state[2] = s.a2, state[3] = s.b0, state[4] = s.b1, state[5] = s.b2;
+}
+
+template <class T>
+CDPR_INLINE RandomState<T> select(Truth<T> condition, const RandomState<T>& a, const RandomState<T>& b) {
+    return {select(condition, a.a0, b.a0), select(condition, a.a1, b.a1), select(condition, a.a2, b.a2),
+            select(condition, a.b0, b.b0), select(condition, a.b1, b.b1), select(condition, a.b2, b.b2)};
+}
+
 // Advance a stream; return the next uniform number in (0, 1), a multiple of 1 / (MODULUS_1 + 1).
-template <class T> CDPR_INLINE T next_uniform(T* s) {
-    const T first = modulo(T(1403580.0) * s[1] - T(810728.0) * s[0], MODULUS_1);
-    const T second = modulo(T(527612.0) * s[5] - T(1370589.0) * s[3], MODULUS_2);
-    s[0] = s[1], s[1] = s[2], s[2] = first;
-    s[3] = s[4], s[4] = s[5], s[5] = second;
+template <class T> CDPR_INLINE T next_uniform(RandomState<T>& s) {
+    const T first = modulo(T(1403580.0) * s.a1 - T(810728.0) * s.a0, MODULUS_1);
+    const T second = modulo(T(527612.0) * s.b2 - T(1370589.0) * s.b0, MODULUS_2);
+    s = {s.a1, s.a2, first, s.b1, s.b2, second};
     const T whole = first - second;
     return select(whole > T(0.0), whole, whole + T(MODULUS_1)) * T(2.328306549295728e-10);
 }
@@ -130,21 +146,22 @@ template <class T> struct RandomNumbers {
 // change and the numbers are NaN.
 template <class T, class Next> CDPR_INLINE int draw(RandomNumbers<T>& stream, Next next) {
     const Truth<T> valid = valid_stream(stream.state);
-    T state[6];
-    for (int i = 0; i < 6; i++) state[i] = select(valid, stream.state[i], T(1.0));
+    const T one = 1.0;
+    const RandomState<T> before = random_state(stream.state), some = {one, one, one, one, one, one};
+    RandomState<T> state = select(valid, before, some);
     for (int64_t k = 0; k < stream.n; k++) stream.numbers[k] = select(valid, next(state), T(NOT_A_NUMBER));
-    for (int i = 0; i < 6; i++) stream.state[i] = select(valid, state[i], stream.state[i]);
+    store(select(valid, state, before), stream.state);
     return code(select(valid, T(double(OK)), T(double(BAD_INPUT))));
 }
 
 // Uniform numbers in (0, 1).
 template <class T> inline int uniform_numbers(RandomNumbers<T>& stream) {
-    return draw(stream, [](T* state) { return next_uniform(state); });
+    return draw(stream, [](RandomState<T>& state) { return next_uniform(state); });
 }
 
 // Numbers of the standard normal distribution, from -6.3 to 6.3.
 template <class T> inline int normal_numbers(RandomNumbers<T>& stream) {
-    return draw(stream, [](T* state) { return normal_quantile(next_uniform(state)); });
+    return draw(stream, [](RandomState<T>& state) { return normal_quantile(next_uniform(state)); });
 }
 
 }  // namespace cdpr::CDPR_TARGET
