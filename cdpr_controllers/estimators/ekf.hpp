@@ -190,10 +190,9 @@ template <class T> inline void complete_step(const KalmanFilter<T>& p, T at, dou
         count = select(counts, count + sum.count, count);
         present.put(p.of_use() + i, USED, measured);
     }
-    for (int64_t j = 0; p.platform.elastic && j < 2 * p.platform.m; j++)
-        present.put(p.of_stretch() + j, p.stretch[j], filtered);
-    for (int64_t j = 0; j < 13; j++) present.put(Filter::STATE + j, p.state[j], filtered);
-    for (int64_t j = 0; j < ERRORS * ERRORS; j++) present.put(Filter::COVARIANCE + j, p.covariance[j], filtered);
+    if (p.platform.elastic) present.write(p.of_stretch(), 2 * p.platform.m, p.stretch, filtered);
+    present.write(Filter::STATE, 13, p.state, filtered);
+    present.write(Filter::COVARIANCE, ERRORS * ERRORS, p.covariance, filtered);
 }
 
 // Filter the present control step. At time 0 the filter starts.

@@ -50,7 +50,7 @@ template <class T> struct Correction {
             store(in_pairs<begin, end>([&](int j) { return row[j] * strip(covariance + ERRORS * j + k); }), gain + k);
         innovation = innovation - in_pairs<begin, end>([&](int j) { return row[j] * error[j]; });
         const T known = in_pairs<begin, end>([&](int j) { return row[j] * gain[j]; });
-        const T variance = known + larger(deviation * deviation, LEAST_NOISE * known);
+        const T variance = larger(known + deviation * deviation, known + LEAST_NOISE * known);
         const T precision = 1.0 / variance, scaled = innovation * precision;
         square = select(where, square + innovation * scaled, square);
         count = select(where, count + T(1.0), count);

@@ -22,6 +22,10 @@ template <class T> struct RingRow {
         if (where) row[j] = number;
     }
 
+    CDPR_INLINE void write(int64_t first, int64_t count, const T* numbers, Truth<T> where) const {
+        for (int64_t j = 0; where && j < count; j++) row[first + j] = numbers[j];
+    }
+
     // Return the address of `count` numbers from the first one on, which may be copied to `copy` (count).
     CDPR_INLINE const T* read(int64_t first, int64_t, T*) const { return row + first; }
 };
@@ -52,6 +56,9 @@ template <> struct RingRow<Lanes> {
         }
         for (int lane = 0; lane < WIDTH; lane++)
             if (where.get(lane)) ring[place[lane] + j].set(lane, number.get(lane));
+    }
+    CDPR_INLINE void write(int64_t first, int64_t count, const Lanes* numbers, const Mask& where) const {
+        for (int64_t j = 0; j < count; j++) put(first + j, numbers[j], where);
     }
     CDPR_INLINE const Lanes* read(int64_t first, int64_t count, Lanes* copy) const {
         if (same) return ring + place[0] + first;
