@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from conftest import ROOT
 from fmpy.validation import validate_fmu
-from fmu.cases import FMI, plant_of, scenario, write
+from fmu.cases import FMI, plant_of, quick_compiler, scenario, write
 from fmu.driver import Driver
 from spread import spread
 
@@ -99,6 +99,7 @@ def test_only_rigid_winches_pass_inputs_through(tmp_path):
 @pytest.mark.slow
 def test_the_same_robot_makes_the_same_bytes(tmp_path, monkeypatch):
     """Compiled twice, in different folders."""
+    monkeypatch.setenv("CXX", quick_compiler(tmp_path))
     made = []
     for name in ("one", "another place"):
         monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / name))
@@ -120,10 +121,7 @@ def test_it_is_compiled_once(tmp_path, monkeypatch):
     """Then it comes from the cache, as long as source and compiler are the same."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     log = tmp_path / "calls"
-    compiler = tmp_path / "compiler"
-    compiler.write_text(f'#!/bin/sh\necho called >> {log}\nexec c++ "$@"\n')
-    compiler.chmod(0o755)
-    monkeypatch.setenv("CXX", str(compiler))
+    monkeypatch.setenv("CXX", quick_compiler(tmp_path, f"echo called >> {log}"))
     plant = plant_of(scenario("caroca"))
     first = cached_fmu(plant)
     calls = log.read_text()
@@ -239,6 +237,7 @@ def test_winches_of_a_scenario_with_actuators_are_those_that_it_exports_itself(t
 @pytest.mark.slow
 def test_the_cache_does_not_grow_without_end(tmp_path, monkeypatch):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.setenv("CXX", quick_compiler(tmp_path))
     monkeypatch.setattr(archive, "KEPT", 3)
     paths = [cached_fmu(plant_of(scenario("caroca"), 0.001 * (i + 1))) for i in range(5)]
     assert paths[-1].exists()

@@ -8,7 +8,7 @@ import subprocess
 import numpy as np
 import pytest
 from conftest import ROOT
-from fmu.cases import write
+from fmu.cases import quick_compiler, write
 from fmu.driver import Driver
 
 from cdpr import load_scenario
@@ -129,10 +129,8 @@ def exported(loaded, monkeypatch):
 def test_another_controller_compiles_its_own_operations_alone(tmp_path, monkeypatch):
     """Objects of the plant come from the cache."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    log, compiler = tmp_path / "calls", tmp_path / "compiler"
-    compiler.write_text(f'#!/bin/sh\necho "$@" >> {log}\nexec c++ "$@"\n')
-    compiler.chmod(0o755)
-    monkeypatch.setenv("CXX", str(compiler))
+    log = tmp_path / "calls"
+    monkeypatch.setenv("CXX", quick_compiler(tmp_path, f'echo "$@" >> {log}'))
     calls = []
     for controller in ("computed_torque", "pid"):
         loaded = load_scenario(ROOT / "scenarios" / "planar.yaml", overrides=[f"controller.type={controller}"])

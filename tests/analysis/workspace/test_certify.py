@@ -26,7 +26,7 @@ from cdpr.mechanics.dynamics import required_wrench
 from cdpr.mechanics.kinematics import make_state
 
 CASES = int(os.environ.get("CDPR_WORKSPACE_CASES", "1"))
-SAMPLES = 50_000 * CASES  # of each robot
+SAMPLES = 25_000 * CASES  # of each robot
 BOX = box([20, 20, 20, 2, 2, 2])
 # Allowed round-off between margin and proof: margins are exact to 1e-9 of what they are differences of.
 ROUNDING = 1e-9
@@ -196,7 +196,7 @@ def test_no_proof_of_a_large_share_is_against_many_samples(name, undecided):
     assert contradicted(found, robot, *samples(found, SAMPLES)) == 0
 
 
-CHECKED = 30 * CASES  # boxes of each kind, in rational arithmetic
+CHECKED = 15 * CASES  # boxes of each kind, in rational arithmetic
 
 
 @pytest.mark.slow

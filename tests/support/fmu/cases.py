@@ -17,6 +17,15 @@ from cdpr.scenario import Scenario, load_scenario
 if shutil.which(os.environ.get("CXX") or "c++") is None and not os.environ.get("CI"):
     pytest.skip("no C++ compiler", allow_module_level=True)
 
+
+def quick_compiler(folder: Path, first: str = "") -> str:
+    """Return a compiler that does not optimise, which takes most of the time; in the shell it does `first`, first."""
+    compiler = folder / "compiler"
+    compiler.write_text(f'#!/bin/sh\n{first}\nexec c++ "$@" -O0\n')
+    compiler.chmod(0o755)
+    return str(compiler)
+
+
 FMI = pytest.mark.parametrize("fmi", [2, 3])
 WINCH = [
     "robot.winch.drum_radius=0.05",
