@@ -100,6 +100,7 @@ def test_the_run_waits_for_images_that_are_far_behind(tmp_path, monkeypatch):
     ]
 
 
+@pytest.mark.slow
 def test_a_branch_has_the_images_from_the_start(tmp_path):
     with cdpr.Simulation(SCENARIO, overrides={"simulation.duration": 0.4, **SMALL}, out=tmp_path / "run") as simulation:
         simulation.step(120)

@@ -46,7 +46,7 @@ CASES = {
     "feedback": ("caroca", {**ELASTIC, "sensors": [CELLS, *SENSORS], "controller.type": "tension_feedback"}),
     "servo": ("visual_servo", {}),
 }
-DEFAULT = ("measured", "winches")
+BOTH = ("measured", "winches")
 
 
 def scenario(case: str = "measured", **more: object) -> Scenario:
@@ -76,8 +76,8 @@ def rows_of(run: cdpr.Run, columns: list[str]) -> np.ndarray:
 
 @pytest.mark.parametrize(
     ("case", "fmi"),
-    [(name, 3) if name in DEFAULT else pytest.param(name, 3, marks=pytest.mark.slow) for name in CASES]
-    + [pytest.param(name, 2, marks=pytest.mark.slow) for name in DEFAULT],
+    [(name, 3) if name == "measured" else pytest.param(name, 3, marks=pytest.mark.slow) for name in CASES]
+    + [pytest.param(name, 2, marks=pytest.mark.slow) for name in BOTH],
 )
 def test_it_equals_the_loop_also_after_snapshots(case, fmi, tmp_path):
     loaded = scenario(case)
@@ -100,7 +100,7 @@ def test_it_equals_the_loop_also_after_snapshots(case, fmi, tmp_path):
     assert np.abs(rows_of(other, columns) - rows_of(run, columns)).max() > 1e-6  # the seed matters
 
 
-@pytest.mark.parametrize("case", ["winches", *(pytest.param(name, marks=pytest.mark.slow) for name in ("measured",))])
+@pytest.mark.parametrize("case", ["measured", pytest.param("winches", marks=pytest.mark.slow)])
 def test_sensors_and_estimator_begin_at_any_start_time(case, tmp_path):
     plant = exported(scenario(case))
     columns = [column.name for column in plant.control.columns]

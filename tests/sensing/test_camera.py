@@ -179,6 +179,7 @@ def test_logs_contain_the_lens_beside_the_images(tmp_path):
 
 
 @pytest.mark.parametrize("left", [b"", b"\x89MCAP0\r\n", None], ids=["empty", "begun", "none"])
+@pytest.mark.usual("begun")
 def test_repair_renders_the_images_of_a_killed_run(tmp_path, left):
     usable("auto")
     folder = tmp_path / "run"
