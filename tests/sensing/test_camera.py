@@ -203,6 +203,7 @@ def flipped(data, place):
     return bytes(data)
 
 
+@pytest.mark.slow
 def test_foreign_and_damaged_images_are_rendered_again(tmp_path):
     usable("auto")
     small = {**SHORT, "sensors.0.size": [32, 24], "sensors.1.size": [32, 24], "log.step": 0.1}

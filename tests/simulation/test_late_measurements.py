@@ -56,6 +56,7 @@ def test_simulated_motions_follow_the_linearised_loop(name, sensors):
         state = loop.A @ state
 
 
+@pytest.mark.slow
 def test_a_delay_makes_the_loop_unstable_as_in_a_run():
     verdicts = {}
     for delay in (0.0, 0.01, 0.04):

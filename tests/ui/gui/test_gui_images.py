@@ -37,7 +37,7 @@ def test_images_are_those_of_the_newest_sample_once_per_period():
         taken.append(broadcast.latest("images")["cameras"])
     assert [each[0]["t"] for each in taken] == pytest.approx([0.058, 0.118, 0.118, 0.238])  # 30 samples in 0.06 s
     run = session.simulation.so_far()
-    moved = cdpr.simulate(SCENARIO, overrides={"simulation.duration": 0.3, "sensors.0.period": 0.002})
+    moved = cdpr.simulate(SCENARIO, overrides={"simulation.duration": 0.3, "sensors.0.period": 0.014})
     expected = next(image for time, image in images(moved, "roof") if np.isclose(time, 0.238))
     assert b64decode(taken[-1][0]["png"]) == png(expected)
     assert len(run.rows) == 120
