@@ -46,7 +46,7 @@ class Nobody(Foxglove):
     def begin(self, header: Header) -> None:
         """Do nothing."""
 
-    def show(self, row: object, sample: int) -> None:
+    def show(self, row: object, sample: int, header: Header) -> None:
         """Do nothing."""
 
 

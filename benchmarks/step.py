@@ -171,7 +171,7 @@ def command_costs(calls: int = 50) -> dict[str, float]:
     for sim in sims:
         sim.step()
     tension = sims[0].tension
-    wrench = sims[0].row[sims[0].so_far().header.layout.columns["wrench"]]
+    wrench = sims[0].row[sims[0].header.layout.columns["wrench"]]
     steps = (
         sims[0].step,
         lambda: sims[1].step(wrench=wrench),

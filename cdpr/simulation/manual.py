@@ -169,7 +169,7 @@ class ManualControl:
     def _last(self, column: str) -> Array:
         """Return the values (m,) of a column in the last sample."""
         simulation = self._simulation
-        return simulation.row[simulation._runner.header.layout.columns[column]]
+        return simulation.row[simulation.header.layout.columns[column]]
 
     def _move(self, command: Array, i: int, request: CableRequest) -> None:
         """Wind a cable for one step, and end its move where it is complete."""

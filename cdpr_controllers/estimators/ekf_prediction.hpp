@@ -194,9 +194,10 @@ template <class T> inline void write_wrench(const FilteredPlatform<T>& p, const 
     T stiffness[6][6], inertia[9];
     rotate_block(axes, p.inertial + Inertial<T>::INERTIA, 3, inertia);
     const Vector<T> momentum = product(inertia, spin);
-    // As inverse_dynamics.hpp without accelerations, with the inertia in world axes, which the derivatives need, too.
-    const Vector<T> weight = body.mass() * (vector(p.gravity) - cross(spin, turning));
-    const Wrench<T> own = {weight, cross(r, weight) - cross(spin, momentum)};
+    // Minus inverse_dynamics.hpp at zero accelerations, with the inertia in world axes, which the derivatives need,
+    // too.
+    const Vector<T> inertial = body.mass() * (vector(p.gravity) - cross(spin, turning));
+    const Wrench<T> own = {inertial, cross(r, inertial) - cross(spin, momentum)};
     store(own, wrench);
     for (int j = 0; j < 6; j++) {
         const T* row = p.matrix + j * p.m;

@@ -22,6 +22,7 @@ struct SensorRow {
 
 // Sum of terms in two chains of additions, which run beside each other.
 template <int begin, int end, class Term> CDPR_INLINE auto in_pairs(Term term) {
+    static_assert(end - begin >= 2, "two chains");
     auto even = term(begin), odd = term(begin + 1);
     CDPR_UNROLL
     for (int j = begin + 2; j + 1 < end; j += 2) {

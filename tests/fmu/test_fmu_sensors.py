@@ -35,7 +35,8 @@ FIX = {"type": "receiver", "position": NOISE, "period": 5 * STEP, "jitter": 4 * 
 SMALL = {"robot.winch.type": "torque", "robot.winch.drum_radius": 0.05, "robot.winch.inertia": 0.002}
 REST = {"initial.equilibrium": True}
 ELASTIC = {**SMALL, "robot.cable": {"model": "elastic", "axial_stiffness": 1e5, "damping": 100.0}}
-# Scenario and changes. The first two cover pose and twist without an estimator, and one that reads the winches.
+# Scenario and changes. The first two cover pose and twist without an estimator, and one that reads the winches. All but
+# the first take long to compile.
 CASES = {
     "measured": ("caroca", {"sensors": SENSORS}),
     "winches": ("camera_robot", {**REST, "sensors": [ENCODERS, CELLS, IMU, FIX], "estimator.type": "ekf"}),
@@ -47,7 +48,7 @@ CASES = {
     "feedback": ("caroca", {**ELASTIC, "sensors": [CELLS, *SENSORS], "controller.type": "tension_feedback"}),
     "servo": ("visual_servo", {}),
 }
-BOTH = ("measured", "winches")
+IN_FMI_2 = ("measured", "winches")
 
 
 def scenario(case: str = "measured", **more: object) -> Scenario:
@@ -78,7 +79,7 @@ def rows_of(run: cdpr.Run, columns: list[str]) -> np.ndarray:
 @pytest.mark.parametrize(
     ("case", "fmi"),
     [(name, 3) if name == "measured" else pytest.param(name, 3, marks=pytest.mark.slow) for name in CASES]
-    + [pytest.param(name, 2, marks=pytest.mark.slow) for name in BOTH],
+    + [pytest.param(name, 2, marks=pytest.mark.slow) for name in IN_FMI_2],
 )
 def test_it_equals_the_loop_also_after_snapshots(case, fmi, tmp_path):
     loaded = scenario(case)

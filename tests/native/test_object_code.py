@@ -43,10 +43,10 @@ BINDER_CALLS = {"memcmp", "strchr", "strcmp", "strncmp"}
 def objects(tmp_path_factory):
     """Object files by instruction set, without optimisation: no function is hidden from the tests by inlining.
 
-    Of the set with all functions, to which those of lanes belong.
+    Only of x86_64_v4, which has all functions, also those of lanes.
     """
     folder = tmp_path_factory.mktemp("objects")
-    return {target: kernels(target, folder, "-O0") for target in ("x86_64_v4",)}
+    return {"x86_64_v4": kernels("x86_64_v4", folder, "-O0")}
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +82,6 @@ def test_no_symbol_is_shared_between_instruction_sets(objects):
     }
     assert all(found.values())
     for target, names in found.items():
-        assert [name for name in names if target not in name] == []
         # Longer names of targets begin with the shorter one's, so their mangled lengths are compared, too.
         assert [name for name in names if f"{len(target)}{target}" not in name] == []
 

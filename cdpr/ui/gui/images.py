@@ -16,7 +16,7 @@ class LatestImages:
 
     def __init__(self, header: Header) -> None:
         self._cameras = cameras_of(header)
-        self._step = header.control_step
+        self._step, self._broken = header.control_step, header.broken
         self._taken = [-1] * len(self._cameras)  # period of the last image of each
         self._shown: list[dict[str, Any]] = [{"name": camera.name, "t": None, "png": ""} for camera in self._cameras]
 
@@ -44,8 +44,10 @@ class LatestImages:
         return bool(due)
 
     def amend(self, header: Header) -> None:
-        """Use the run's header after live events from now on: other cables may be broken."""
-        self._cameras = [camera.revised(header) for camera in self._cameras]
+        """Draw the cables as broken from now on that are in the run's header after live events."""
+        if header.broken != self._broken:
+            self._broken = header.broken
+            self._cameras = [camera.revised(header) for camera in self._cameras]
 
     def close(self) -> None:
         """Free the renderers."""

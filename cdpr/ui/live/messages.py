@@ -41,8 +41,8 @@ class Messages:
         self._path_due = -math.inf  # clock time
 
     def amend(self, header: Header) -> None:
-        """Use the run's header after live events from now on: other cables may be broken. The topics remain."""
-        if header is not self._header:
+        """Draw the cables as broken from now on that are in the run's header after live events. The topics remain."""
+        if header.broken != self._header.broken:
             self._header, self._groups = header, _groups(header)
             self._cameras = [camera.revised(header) for camera in self._cameras]
 

@@ -19,9 +19,9 @@ if shutil.which(os.environ.get("CXX") or "c++") is None and not os.environ.get("
 
 
 def quick_compiler(folder: Path, first: str = "") -> str:
-    """Return a compiler that does not optimise, which takes most of the time; in the shell it does `first`, first."""
+    """Return the path of a compiler that does not optimise, to save time; it first runs the shell command `first`."""
     compiler = folder / "compiler"
-    compiler.write_text(f'#!/bin/sh\n{first}\nexec c++ "$@" -O0\n')
+    compiler.write_text(f'#!/bin/sh\n{first}\nexec {os.environ.get("CXX") or "c++"} "$@" -O0\n')
     compiler.chmod(0o755)
     return str(compiler)
 

@@ -48,6 +48,20 @@ def test_images_are_those_of_the_newest_sample_once_per_period():
     later.close()
 
 
+def test_a_cable_that_is_cut_is_missing_once_the_events_are_redrawn():
+    shown = []
+    for redraws in (False, True):
+        session = SimulationSession(load_scenario(SCENARIO), broadcast := Broadcast())
+        session.simulation.cut(3)
+        if redraws:
+            session.redraw()
+        session.step(1, session.simulation.step)
+        session.show_images()
+        shown.append(broadcast.latest("images")["cameras"][0]["png"])
+        session.close()
+    assert shown[0] != shown[1]
+
+
 def test_without_a_renderer_the_window_reports_it_once(monkeypatch):
     session = SimulationSession(load_scenario(SCENARIO), Broadcast())
     monkeypatch.setattr(rendering, "find_spec", lambda name: None)

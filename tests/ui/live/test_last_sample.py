@@ -13,7 +13,7 @@ class EndsAtOnce(Sender):
 
     def __init__(self, row, header):
         super().__init__("127.0.0.1", 7, str)
-        self.row, self.header, self.sent = row, header, []
+        self.row, self.header, self.sent, self.markers = row, header, [], b""
 
     def _open(self, topics):
         self.topics = topics
@@ -24,7 +24,9 @@ class EndsAtOnce(Sender):
         return [True] * len(self.topics)
 
     def _put(self, time, messages):
-        self.sent.append((time, len(list(messages))))
+        found = dict(messages)
+        self.sent.append((time, len(found)))
+        self.markers = found[[topic.name for topic in self.topics].index("/cdpr/markers")]
 
     def _shut(self):
         pass
@@ -37,3 +39,17 @@ def test_samples_shown_before_the_end_are_sent():
         link.begin(simulation.header)
     link.close()
     assert link.sent == [(0, len(link.topics))]
+
+
+def test_a_cable_that_was_cut_after_the_begin_is_not_drawn():
+    drawn = []
+    with live_cases.simulation() as simulation:
+        start = simulation.header
+        simulation.cut(3)
+        simulation.step(1)
+        for header in (start, simulation.header):
+            link = EndsAtOnce(np.array(simulation.row), header)
+            link.begin(start)
+            link.close()
+            drawn.append(link.markers)
+    assert drawn[0] != drawn[1] != b""

@@ -147,8 +147,8 @@ template <class T> struct RandomNumbers {
 template <class T, class Next> CDPR_INLINE int draw(RandomNumbers<T>& stream, Next next) {
     const Truth<T> valid = valid_stream(stream.state);
     const T one = 1.0;
-    const RandomState<T> before = random_state(stream.state), some = {one, one, one, one, one, one};
-    RandomState<T> state = select(valid, before, some);
+    const RandomState<T> before = random_state(stream.state), ones = {one, one, one, one, one, one};
+    RandomState<T> state = select(valid, before, ones);
     for (int64_t k = 0; k < stream.n; k++) stream.numbers[k] = select(valid, next(state), T(NOT_A_NUMBER));
     store(select(valid, state, before), stream.state);
     return code(select(valid, T(double(OK)), T(double(BAD_INPUT))));

@@ -22,6 +22,7 @@ template <class T> struct RingRow {
         if (where) row[j] = number;
     }
 
+    // Write `count` numbers from the first one on.
     CDPR_INLINE void write(int64_t first, int64_t count, const T* numbers, Truth<T> where) const {
         for (int64_t j = 0; where && j < count; j++) row[first + j] = numbers[j];
     }
