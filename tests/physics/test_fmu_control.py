@@ -180,7 +180,7 @@ def test_saved_and_reset_it_continues_to_the_bit(fmi, tmp_path):
 
 
 @FMI
-@pytest.mark.usual("3")
+@pytest.mark.slow
 def test_a_controller_alone_drives_cdpr_like_the_one_it_is(fmi, tmp_path):
     """It is what `controller: {type: fmu}` takes."""
     loaded = scenario("planar pid")

@@ -112,7 +112,7 @@ def test_a_new_scenario_for_any_robot_runs(here, path):
     assert not any(figures.get("beyond_limits_steps", {}).values())
 
 
-@pytest.mark.parametrize("name", ["cogiro_servos", "v_plotter"])
+@pytest.mark.parametrize("name", [pytest.param("cogiro_servos", marks=pytest.mark.slow), "v_plotter"])
 def test_a_new_scenario_for_position_servos_commands_lengths(here, name):
     """Wrenches through servos that lag leave the limits of the tensions."""
     run("new", "scenario", "sub.yaml", "--robot", name)
