@@ -14,7 +14,7 @@ from fmu.host import STEP, STEPS, STRICT, arguments, compile_host
 from cdpr.fmu.export.library import FLAGS, library, sources
 from cdpr.fmu.read.archive import open_archive
 
-SANITIZE = ("-g", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
+SANITIZE = ("-g1", "-fsanitize=address,undefined", "-fno-sanitize-recover=all")
 
 CASES = pytest.mark.parametrize("case", ["caroca", "planar", "cogiro_elastic", "cogiro_rigid", "pulleys_mixed"])
 

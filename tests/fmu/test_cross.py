@@ -49,9 +49,17 @@ def check_wanted(platform):
 
 @pytest.fixture(scope="module")
 def cache(tmp_path_factory):
-    """The user's cache, and zig's for all that it compiles, such as the C library of a platform."""
+    """The user's cache, and zig's for all that it compiles, such as the C library of a platform.
+
+    By default it does not optimise, to save time; unasked, it would then check for undefined behaviour.
+    """
     folder = tmp_path_factory.mktemp("cache")
     with pytest.MonkeyPatch.context() as patch:
+        if not os.environ.get("CDPR_TEST_CROSS"):
+            quick = folder / "zig"
+            quick.write_text(f'#!/bin/sh\nexec {zig_program()} "$@" -O0 -fno-sanitize=undefined\n')
+            quick.chmod(0o755)
+            patch.setattr("cdpr.fmu.export.library.zig_program", lambda: str(quick))
         patch.setenv("XDG_CACHE_HOME", str(folder))
         for name in ("GLOBAL", "LOCAL"):
             patch.setenv(f"ZIG_{name}_CACHE_DIR", str(folder / "cdpr" / "fmu" / "zig"))
