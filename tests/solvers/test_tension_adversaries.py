@@ -116,7 +116,7 @@ def test_no_mistake_in_some_dozen():
 
 @pytest.mark.slow
 def test_no_mistake_in_many_thousand():
-    hold(cases(2, 1_000), every=5)
+    hold(cases(2, 2_000), every=5)
 
 
 @cache
