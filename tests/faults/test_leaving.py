@@ -29,8 +29,14 @@ class Endless:
 
 driver = WindowDriver(Broadcast(), print)
 assert hasattr(driver, "_session")
-driver._session = Endless()
-driver.requests.put(Request("close", action=driver._leave))
+
+
+def leave_endless():
+    driver._session = Endless()  # in the driver's own thread, which would otherwise publish it first
+    driver._leave()
+
+
+driver.requests.put(Request("close", action=leave_endless))
 assert at_work.wait(60.0)
 driver.close()
 print("last words", end="")
