@@ -15,7 +15,7 @@ from cdpr.log.ros2 import decode
 from cdpr.log.run import Run
 from cdpr.ui.live.type_hash import type_hash
 from cdpr.ui.report.plots import sensors as plots
-from cdpr.ui.report.plots.truths import errors
+from cdpr.ui.report.plots.truths import errors, measured_truth
 
 CAROCA = str(ROOT / "scenarios" / "caroca.yaml")
 ROUND_OFF = 1e-9  # lengths, pixels and forces up to 1e3
@@ -56,6 +56,16 @@ def test_exact_sensors_have_no_error(run: Run, sensor: str) -> None:
     for key, error in found.items():
         assert error is not None, key
         assert np.nanmax(np.abs(error)) < ROUND_OFF, key
+
+
+@pytest.mark.parametrize("kind", ["range", "scan"])
+def test_rays_without_obstacles_have_their_reach(kind: str) -> None:
+    """The report of a world without obstacles, whose log has an empty list of them."""
+    sensors = {"sensors": [{"type": kind, "reach": 7.0}], "world.obstacles": []}
+    empty = cdpr.simulate(CAROCA, overrides={**SHORT, **sensors})
+    (sensor,) = empty.header.sensor_objects
+    assert (measured_truth(empty, sensor, "distance") == 7.0).all()
+    assert f"{kind}_distance_error" in [panel.name for panel in plots.sensors(empty)]
 
 
 def test_panels(run: Run) -> None:
