@@ -11,7 +11,11 @@ from cdpr.base.fields import MAX_MAGNITUDE, NonNegative, Positive, unit
 from cdpr.plugins import Column, PluginInfo, PluginOptions, hookimpl
 
 RESIDUAL = Column(
-    "fit_residual", 1, "m", "Norm of the differences between the measured lengths and those of the fitted pose"
+    "fit_residual",
+    1,
+    "m",
+    "Norm of the differences between the measured lengths and those of the fitted pose; NaN if no pose fits, 0 without "
+    "a fit",
 )
 
 
@@ -102,6 +106,7 @@ def cdpr_estimators() -> list[PluginInfo]:
             summary="integrated IMU, corrected by a measured pose or by forward kinematics (Mahony et al. 2008)",
             properties={"sensors": ("imu", "encoders"), "unused_errors": UNUSED},
             options=ComplementaryOptions,
+            columns=(RESIDUAL,),
         ),
         PluginInfo(
             name="ekf",
