@@ -209,6 +209,8 @@ def test_every_check_has_a_case():
     }
     subjects.append(subject(load_scenario(CAROCA, overrides=passing)))
     subjects.append(subject(load_scenario(SCENARIOS / "winch.yaml", overrides={"robot.winch.drum_growth": 0.005})))
+    stepper = {"type": "stepper", "drum_radius": 1.0, "stall_torque": 10.0, "steps_per_turn": 1, "microsteps": 1}
+    subjects.append(subject(load_scenario(SCENARIOS / "camera_robot.yaml", overrides={"robot.winch": stepper})))
     assert [check.__name__ for check in CHECKS if not any(list(check(one)) for one in subjects)] == []
 
 
