@@ -18,6 +18,7 @@ from cdpr.scenario.plausible.course import (
     bodies_that_do_not_turn,
     cut_short,
     gravity,
+    late_sensors,
     of_the_motion,
     taken_by_the_guide,
 )
@@ -47,6 +48,7 @@ CHECKS: tuple[Callable[[Setup], Iterator[Finding]], ...] = (
     touching,
     gravity,
     after_the_end,
+    late_sensors,
     of_the_motion,
     through_singular_places,
     empty_drums,
