@@ -90,7 +90,8 @@ def late_measurements_are_used(subject: EstimatorSubject) -> str:
 def cable_breaks(subject: EstimatorSubject) -> str:
     """If a cable breaks, the estimate stays within 2 cm of the true position.
 
-    The tension of the broken cable is 0 at once. Its command and its tension limits become 0 only 50 ms after the break.
+    The tension of the broken cable is 0 at once. Its command and its tension limits become 0 only 50 ms after the
+    break.
     """
     of = motion(breaks=True)
     found = subject.run(Measuring(of, subject.sensors(), known_from=KNOWN))

@@ -46,7 +46,8 @@ from cdpr.cables.exit import Exit
 
 AS_POINT = depends("pulleys are an error; with --pulleys-as-points, they become points")
 AS_POINT_OR_LEFT_OUT = depends(
-    "with --style legs, pulleys are an error, or points with --pulleys-as-points; with --style platform, they are left out"
+    "with --style legs, pulleys are an error, or points with --pulleys-as-points; with --style platform, they are left "
+    "out"
 )
 ALWAYS_LEFT_OUT = depends("pulleys are left out")
 OUTLINE = 32  # corners of the drawn circle
