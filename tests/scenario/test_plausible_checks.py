@@ -219,4 +219,4 @@ def test_every_check_has_a_case():
 def subject(scenario):
     given = (scenario.sections.robot, scenario.robot, ("robot",), scenario._document.data)
     about = scenario.sections, scenario._checked.motion, scenario.obstacles, lambda: scenario.desired
-    return Setup(*given, *about, **scenario._properties())
+    return Setup(*given, *about, False, *scenario._declared())
