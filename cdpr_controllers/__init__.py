@@ -262,7 +262,7 @@ def cdpr_controllers() -> list[PluginInfo]:
         PluginInfo(
             name="tension_feedback",
             factory="cdpr_controllers.tension_feedback:TensionFeedback",
-            summary="computed torque, and a PI law per cable on its measured tension around the distributed one",
+            summary="computed torque; a PI controller per cable corrects its tension by a load cell",
             properties={"output": "wrench", "features": ("moving_anchors",), "sensors": ("tension",)},
             options=TensionFeedbackOptions,
             columns=(Column("distributed_tension", CABLES, "N", "Tensions that the inner loop follows"),),

@@ -20,7 +20,7 @@ Array = NDArray[np.float64]
 ROOT = Path(__file__).parent.parent
 SCENARIO = ROOT / "scenarios" / "waypoints.yaml"
 PICTURE = ROOT / "docs" / "caroca.svg"
-LABEL = "caroca, a robot with eight cables, moves through waypoints and back; bars show the tension of each cable"
+LABEL = "CAROCA, a robot with eight cables, moves through waypoints and back; bars show the tension of each cable"
 
 POINTS = [  # of a loop: it ends where it begins
     {"time": 2.0, "position": [0.0, -0.9, 1.9], "orientation": {"rpy_deg": [0, 8, -12]}},

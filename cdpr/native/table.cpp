@@ -13,6 +13,7 @@ extern const cdpr_group cables;
 extern const cdpr_group tension;
 extern const cdpr_group solvers;
 extern const cdpr_group controllers;
+extern const cdpr_group estimators;
 extern const cdpr_group backends;
 extern const cdpr_group winches;
 extern const cdpr_group anchors;
@@ -33,6 +34,7 @@ static const cdpr_group* const groups[] = {
     &tension,
     &solvers,
     &controllers,
+    &estimators,
     &backends,
     &winches,
     &anchors,

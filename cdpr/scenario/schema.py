@@ -206,9 +206,9 @@ class ScenarioSection(Section):
     )
     believed: RobotSection | None = Field(
         None,
-        description="nominal model: the robot as controller and tension solver assume it; default: the same as "
-        "`robot`. Give only the keys and the cables that differ, each cable with its name. `nominal` is another name "
-        "of this key",
+        description="nominal model: the robot as controller, tension solver and estimator assume it; default: the "
+        "same as `robot`. Give only the keys and the cables that differ, each cable with its name. `nominal` is "
+        "another name of this key",
         json_schema_extra=tab("robot", 1),
     )
     world: World = Field(

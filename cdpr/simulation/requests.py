@@ -11,7 +11,7 @@ from typing import Any, Literal
 from cdpr.base.errors import CdprError
 from cdpr.simulation.clock import Clock
 
-MAX_PENDING = 200  # pending requests; beyond, those that must not be replaced are rejected
+MAX_PENDING = 200  # pending requests; beyond, commands and new requests for cables are rejected
 URGENT = ("stop", "close")  # requests that are executed, after earlier ones, before the next control step
 REPLACED = "replaced by a later request"
 
@@ -43,9 +43,14 @@ class Request:
     _taken: Any = field(default_factory=Lock)
 
     @property
-    def kind(self) -> tuple[str, Any]:
-        """Kind of the request; a later request replaces an earlier one of its kind."""
-        return self.what, self.values.get("key")
+    def kind(self) -> tuple[str, Any, tuple[str, ...]]:
+        """Kind of the request; a later request of its kind replaces it. One for other cables is of another kind."""
+        return self.what, self.values.get("key"), self.cables
+
+    @property
+    def cables(self) -> tuple[str, ...]:
+        """Cables that it names."""
+        return tuple(self.values.get("names", ()))
 
     def take(self) -> bool:
         """Return True for the first caller only: the request is either processed once or abandoned by its sender."""
@@ -98,31 +103,33 @@ class Requests:
             replaceable: as above.
 
         Raises:
-            CdprError: if too many requests are pending and the request is not replaceable; one place more is kept for
-                those of `URGENT`.
+            CdprError: if too many requests are pending and this one is not replaceable, or is for cables and replaces
+                none; one place more is kept for those of `URGENT`.
         """
         with self._some:
             request.replaceable = replaceable
             closed = self._closed
             if not closed:
-                if not replaceable and len(self._waiting) >= MAX_PENDING + (request.what in URGENT):
+                more = not (replaceable and self._replace(request.kind))
+                counted = more and not (replaceable and not request.cables)  # there are few kinds without cables
+                if counted and len(self._waiting) >= MAX_PENDING + (request.what in URGENT):
                     raise CdprError(f"{request.what}: rejected: {MAX_PENDING} requests are pending")
-                if replaceable:
-                    self._replace(request.kind)
                 self._waiting.append(request)
                 self._some.notify()
         if closed:  # without the lock: the reply is code of the client
             request.refuse(closed)
 
-    def _replace(self, kind: tuple[str, Any]) -> None:
+    def _replace(self, kind: tuple[str, Any, tuple[str, ...]]) -> bool:
+        """Remove the last pending request of a kind; return True if there was one."""
         for one in reversed(self._waiting):
             if not one.replaceable:
-                return
+                return False
             if one.kind == kind:
                 self._waiting.remove(one)
                 one.answer = REPLACED
                 one.done.set()
-                return
+                return True
+        return False
 
     def pending(self, names: Container[str], first: Container[str] = ()) -> bool:
         """Return True if a request with one of these names is pending, or the first one has a name in `first`.

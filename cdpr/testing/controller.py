@@ -304,8 +304,9 @@ def _turned_robot(robot: Robot, R: Array) -> Robot:
 def nan_shows(subject: ControllerSubject) -> None:
     """If the state contains NaN, the output contains NaN or infinity, or the controller raises an error.
 
-    The same holds for the measurements of declared `sensors`, with the tensions of an inner loop. If they show the
-    pose, as markers do, the state is not checked. Skipped if the controller declares `feedback: false`.
+    If the controller declares `sensors`, this also applies to NaN in their measurements. For an inner loop, the output
+    is the tensions. If the measurements show the pose, as markers do, the kit does not test NaN in the state. Skipped
+    if the controller declares `feedback: false`.
     """
     _needs_feedback(subject)
     _nan_measurements_show(subject)

@@ -58,7 +58,7 @@ def missing_sensors_are_reported(subject: EstimatorSubject) -> str:
 
 
 def exact_measurements_are_followed(subject: EstimatorSubject) -> str:
-    """Without noise, from the true start, the estimate stays at the true state."""
+    """The estimate starts at the true state, without noise. It must stay at the true state."""
     of = motion(breaks=False)
     worst = errors(subject.run(Measuring(of, subject.sensors())), of).max(axis=0)
     text = f"errors up to {worst[0]:.2g} m, {worst[1]:.2g} rad, {worst[2]:.2g} m/s, {worst[3]:.2g} rad/s"
@@ -67,7 +67,7 @@ def exact_measurements_are_followed(subject: EstimatorSubject) -> str:
 
 
 def wrong_start_is_forgotten(subject: EstimatorSubject) -> str:
-    """Without noise, from a start 0.02 m and 0.02 rad off, both errors fall to a fifth within 0.6 s."""
+    """The estimate starts 0.02 m and 0.02 rad off, without noise. Within 0.6 s, both errors fall to a fifth."""
     of = motion(breaks=False)
     start = of.states[0].copy()
     start[:3] += AT_START * np.array([0.6, 0.0, -0.8])
@@ -79,7 +79,7 @@ def wrong_start_is_forgotten(subject: EstimatorSubject) -> str:
 
 
 def late_measurements_are_used(subject: EstimatorSubject) -> str:
-    """With sensors of 200 Hz that are late by one period, the estimate stays within 2 cm of the true position."""
+    """The sensors have 200 Hz and a delay of one period. The estimate stays within 2 cm of the true position."""
     of = motion(breaks=False)
     late = subject.sensors(noise=NOISE, period=PERIOD, delay=PERIOD)
     worst = float(errors(subject.run(Measuring(of, late)), of)[:, 0].max())
@@ -100,7 +100,7 @@ def cable_breaks(subject: EstimatorSubject) -> str:
 
 
 def reset_forgets(subject: EstimatorSubject) -> None:
-    """After `reset`, an estimator gives the same estimates as at first, and as another object."""
+    """After `reset`, the estimates are identical to the first ones, and to those of a new object."""
     measuring = Measuring(motion(breaks=False), subject.sensors(noise=NOISE))
     estimator = subject.make(measuring)
     first = follow(estimator, measuring, range(100))
@@ -145,7 +145,7 @@ def compiled_operations_agree(subject: EstimatorSubject) -> None:
 
 
 def covariance_is_valid(subject: EstimatorSubject) -> str:
-    """The covariance stays symmetric and positive semidefinite, and is written in place.
+    """The covariance stays symmetric and positive semidefinite. The attribute stays the same array.
 
     Skipped if the estimator provides none.
     """
@@ -167,7 +167,7 @@ def covariance_is_valid(subject: EstimatorSubject) -> str:
 
 
 def innovation_is_consistent(subject: EstimatorSubject) -> str:
-    """The mean normalised innovation squared is one per value, to a factor of two, if noise is as declared.
+    """If sensors have their declared noise, the mean normalised innovation squared per value is between 0.5 and 2.
 
     It is NaN at samples without measurements, and `nis_size` is 0 there. Skipped if the estimator provides none.
     """

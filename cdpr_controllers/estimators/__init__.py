@@ -106,7 +106,7 @@ def cdpr_estimators() -> list[PluginInfo]:
         PluginInfo(
             name="ekf",
             factory="cdpr_controllers.estimators.ekf:Ekf",
-            summary="error-state Kalman filter of the platform under the tensions as sent, with any sensors (Sola)",
+            summary="error-state Kalman filter of the platform's state, from several types of sensors (Sola)",
             properties={"sensors": ("encoders",), "covariance": True, "innovation": True, "unused_errors": UNUSED},
             options=EkfOptions,
         ),

@@ -99,6 +99,7 @@ def test_only_rigid_winches_pass_inputs_through(tmp_path):
 @pytest.mark.slow
 def test_the_same_robot_makes_the_same_bytes(tmp_path, monkeypatch):
     """Compiled twice, in different folders."""
+    monkeypatch.setenv("CXX", quick_compiler(tmp_path))
     made = []
     for name in ("one", "another place"):
         monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / name))

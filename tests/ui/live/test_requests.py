@@ -15,7 +15,7 @@ from live_link import Quiet
 import cdpr
 from cdpr.base.errors import CdprError, Infeasible
 from cdpr.simulation import session
-from cdpr.simulation.requests import Request, Requests
+from cdpr.simulation.requests import MAX_PENDING, Request, Requests
 from cdpr.ui.live import sender
 from cdpr.ui.live.drive import LiveDriver, drive
 from cdpr.ui.live.received_messages import TENSION, WRENCH, request_of
@@ -115,6 +115,20 @@ def test_the_newest_unclaimed_message_is_kept():
     assert told == [(*one, 50) for one in values] + [("step", None, None)] + [(*one, 99) for one in values]
     assert first.done.is_set()  # who set it, too, need wait no more
     assert first.answer == "replaced by a later request"
+
+
+def test_messages_for_other_cables_are_all_kept():
+    waiting = Requests()
+    for k in range(3):
+        for names in (["A"], ["B"], []):
+            waiting.put(Request("winch_command", {"names": names, "rate": [k]}))
+    found = [(one.values["names"], one.values["rate"]) for one in iter(waiting.get, None)]
+    assert found == [(["A"], [2]), (["B"], [2]), ([], [2])]
+    for k in range(MAX_PENDING):
+        waiting.put(Request("winch_command", {"names": [str(k)]}))
+    with pytest.raises(CdprError, match=f"^winch_command: rejected: {MAX_PENDING} requests are pending"):
+        waiting.put(Request("winch_command", {"names": ["one more"]}))
+    waiting.put(Request("winch_command", {"names": ["7"]}))
 
 
 def test_a_stop_is_possible_however_much_was_done(monkeypatch):
