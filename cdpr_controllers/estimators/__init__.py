@@ -92,7 +92,7 @@ def cdpr_estimators() -> list[PluginInfo]:
             name="forward_kinematics",
             factory="cdpr_controllers.estimators.forward_kinematics:ForwardKinematics",
             summary="pose from the encoders by forward kinematics, velocities by differences, filtered on request",
-            properties={"sensors": ("encoders",), "unused_errors": UNUSED},
+            properties={"sensors": ("encoders",), "chord_lengths": True, "unused_errors": UNUSED},
             options=ForwardKinematicsOptions,
             columns=(RESIDUAL,),
         ),
@@ -100,7 +100,7 @@ def cdpr_estimators() -> list[PluginInfo]:
             name="complementary",
             factory="cdpr_controllers.estimators.complementary:Complementary",
             summary="integrated IMU, corrected by a measured pose or by forward kinematics (Mahony et al. 2008)",
-            properties={"sensors": ("imu", "encoders"), "unused_errors": UNUSED},
+            properties={"sensors": ("imu", "encoders"), "chord_lengths": ("pose",), "unused_errors": UNUSED},
             options=ComplementaryOptions,
         ),
         PluginInfo(
