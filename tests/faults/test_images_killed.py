@@ -170,7 +170,7 @@ def test_a_renderer_that_fails_ends_the_run_with_its_log(tmp_path, monkeypatch):
 
 
 def test_interrupts_skip_images_that_repair_renders(tmp_path, monkeypatch):
-    """The first one ends the run, which then waits for its images and says so; the second one skips them."""
+    """The first one ends the run, which then waits for its images and reports that; the second one skips them."""
     image, lines, released = CameraImages.image, [], threading.Event()
 
     def waits(self, row):
