@@ -172,7 +172,7 @@ class EstimatorSection(PluginSection):
 
 
 TRUE_ROBOT = no("an exported controller always computes with the simulated robot")
-OWN_WINCHES = no("an exported controller supports only the winches in the robot file, no actuator FMU")
+OWN_WINCHES = no("an exported controller supports only the winches in the robot file")
 NO_ACTUATORS = left_out("actuator FMUs are not exported")
 UNCHECKED = left_out("an exported controller continues after limit violations")
 
