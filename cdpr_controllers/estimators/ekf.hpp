@@ -100,15 +100,13 @@ template <class T> inline T store_measurement(const KalmanFilter<T>& p, T now, i
     const RingRow<T> taken = p.step(now - late);
     const int64_t *row = p.sensor(i), place = row[SensorRow::VALUES];
     taken.put(p.of_use() + i, ARRIVED, stored);
-    for (int64_t j = 0; j < row[SensorRow::COUNT]; j++)
-        taken.put(p.of_values() + place + j, p.values[place + j], stored);
+    taken.write(p.of_values() + place, row[SensorRow::COUNT], p.values + place, stored);
     const T ago = select(stored, late, zero);
     if (row[SensorRow::KIND] != LOAD_CELLS) return ago;
     const Truth<T> acts = stored & (now - late > zero);  // no tensions act before the start
     for (int64_t before = int64_t(largest(ago)); before >= 0; before--) {
         const RingRow<T> at = p.step(now - T(double(before)));
-        for (int64_t j = 0; j < p.platform.m; j++)
-            at.put(KalmanFilter<T>::TENSION + j, p.values[place + j], acts & (ago >= T(double(before))));
+        at.write(KalmanFilter<T>::TENSION, p.platform.m, p.values + place, acts & (ago >= T(double(before))));
     }
     return select(acts & (late + T(1.0) < now), ago + T(1.0), ago);  // the step that ends with them
 }

@@ -12,6 +12,7 @@ from plausible_cases import CAROCA, LOW, ROBOT, SCENARIOS, WEAK, told, warned
 from cdpr.scenario import load_scenario
 from cdpr.scenario.plausible import CHECKS, Setup
 
+ENCODERS = [{"type": "encoders"}]
 HERE = os.path.relpath(Path(__file__).parent, SCENARIOS)
 
 
@@ -221,9 +222,13 @@ def test_every_check_has_a_case():
     subjects.append(subject(load_scenario(SCENARIOS / "winch.yaml", overrides={"robot.winch.drum_growth": 0.005})))
     stepper = {"type": "stepper", "drum_radius": 1.0, "stall_torque": 10.0, "steps_per_turn": 1, "microsteps": 1}
     subjects.append(subject(load_scenario(SCENARIOS / "camera_robot.yaml", overrides={"robot.winch": stepper})))
+    subjects.append(subject(load_scenario(CAROCA, overrides={"sensors": ENCODERS})))
+    stretched = {"sensors": ENCODERS, "estimator": {"type": "forward_kinematics"}}
+    subjects.append(subject(load_scenario(SCENARIOS / "winch.yaml", overrides=stretched)))
     assert [check.__name__ for check in CHECKS if not any(list(check(one)) for one in subjects)] == []
 
 
 def subject(scenario):
     given = (scenario.sections.robot, scenario.robot, ("robot",), scenario._document.data)
-    return Setup(*given, scenario.sections, scenario._checked.motion, scenario.obstacles, lambda: scenario.desired)
+    about = scenario.sections, scenario._checked.motion, scenario.obstacles, lambda: scenario.desired
+    return Setup(*given, *about, False, *scenario._declared())
