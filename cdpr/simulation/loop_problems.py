@@ -81,9 +81,10 @@ def loop_problems(scenario: Scenario) -> tuple[str, list[tuple[Path, str]]]:
 
 def _problems(scenario: Scenario, pose: Array, where: str, loop: Linearised, here: str) -> Iterator[tuple[Path, str]]:
     """Yield the problems of a loop with a verdict at a pose, with their keys."""
-    modes = poles(loop)
+    doubtful = here in (UNSTABLE, UNDECIDED)
+    modes = poles(loop) if doubtful or not loop.seen_every else []  # slow with measurements, which need no more
     worst = modes[0] if modes else None
-    if worst is not None and worst.value.real > 0.0 and here in (UNSTABLE, UNDECIDED):
+    if worst is not None and worst.value.real > 0.0 and doubtful:
         be = "is" if here == UNSTABLE else "may be"
         mode = f"{_growth(worst.value)} and moves {', '.join(worst.moves)}"
         yield (

@@ -26,12 +26,12 @@ def times(cables, frame=1.0, platform=1.0):
 # Suspicious value, its warning, and a similar plausible value.
 CASES = [
     (
-        {"sensors": [{"type": "receiver", "delay": 5.0}]},
+        {"sensors": [{"type": "imu", "delay": 5.0}]},
         r"sensors\[0\].delay: 5 s is longer than the run of 4 s: no measurement but the first arrives",
-        {"sensors": [{"type": "receiver", "delay": 3.0}]},
+        {"sensors": [{"type": "imu", "delay": 3.0}]},
     ),
     (
-        {"sensors": [{"type": "receiver"}, {"type": "imu", "period": 5.0}]},
+        {"sensors": [{"type": "imu", "name": "other"}, {"type": "imu", "period": 5.0}]},
         r"sensors\[1\].period: 5 s is longer than the run of 4 s: it measures once",
         {"sensors": [{"type": "imu", "period": 3.0}]},
     ),
