@@ -114,9 +114,10 @@ class RobotChecks(Checks):
 
     def _model(self) -> None:
         """Check that all values required by the cable models are present; sections check their values."""
-        common = self.section(CablesSection, (*self.root, "cable"))
+        at = (*self.root, "cable")
         given = self.document.get((*self.root, "cables"))
-        if common is None or not isinstance(given, list):
+        wrong = self.document.get(at) is not None and self.section(CablesSection, at) is None
+        if wrong or not isinstance(given, list):
             return
         for need, words in _needs().items():
             shared = need.split(".")
@@ -132,14 +133,15 @@ class RobotChecks(Checks):
                 listed = ", ".join([*names[:5], *(["..."] if len(names) > 5 else [])])
                 such = f", such as {need}: {EXAMPLES[need]}" if need in EXAMPLES else ""
                 text = f"{model} needs {words} of each cable: give {need} for all{such}, or {name} of cable {listed}"
-                self.problems.add(self.document.key_mark((*self.root, "cable")), self.root, text)
+                self.problems.add(self.document.key_mark(at), self.root, text)
         for i, cable in enumerate(given):
             kind = kind_of(self.document, self.root, cable)
             if kind is not None and kind[1] != TORQUE and not composed(*kind).stretches:
                 self.add_problem(
                     (*winch_path(self.root, cable, i), "type"),
                     f"{kind[1]} needs a cable that stretches, got cable.model {kind[0]}: its length would be held "
-                    "exactly, whatever the tension; set cable.model: elastic and cable.axial_stiffness",
+                    "exactly, whatever the tension; set cable.model: elastic and cable.axial_stiffness, or "
+                    "type: torque",
                 )
                 return
         self._transmissions(given)

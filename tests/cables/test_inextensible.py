@@ -66,6 +66,21 @@ def test_drives_of_length_need_a_cable_that_stretches():
         assert "set cable.model: elastic and cable.axial_stiffness" in str(told.value)
 
 
+@pytest.mark.parametrize("kind", ["position", "velocity", "stepper"])
+def test_drives_of_length_need_a_section_of_the_cable(kind):
+    """Without this section, cables are ideal: the drive would have no effect."""
+    told = rf"type: {kind} needs a cable that stretches, got cable.model ideal: .* or type: torque"
+    with pytest.raises(ScenarioError, match=rf"robot\.yaml:4:\d+: winch\.{told}"):
+        robot(f"winch: {{type: {kind}}}\n{CABLES.replace('MORE', '')}")
+    with pytest.raises(ScenarioError, match=rf"robot\.yaml:\d+:\d+: cables\[0\]\.winch\.{told}"):
+        robot(CABLES.replace("MORE", f", winch: {{type: {kind}}}"))
+
+
+def test_numbers_of_own_models_are_required_without_a_common_section():
+    with pytest.raises(ScenarioError, match=r"cable\.model elastic needs the axial stiffness \(N\) of each cable"):
+        robot(f"winch: {WINCH}\n{CABLES.replace('MORE', ', model: elastic')}")
+
+
 def test_an_inertia_requires_a_radius():
     with pytest.raises(ScenarioError, match=r"drum_radius"):
         robot(f"cable: {{model: inextensible}}\nwinch: {{inertia: 0.1}}\n{CABLES.replace('MORE', '')}")
