@@ -7,6 +7,7 @@ from collections.abc import Iterable
 COMPARED = 60  # characters of a foreign name; more would be slow
 BEGINNING = 3  # minimum length of an abbreviation
 ALIKE = 0.6  # minimum similarity of two names
+SYNONYMS = {"orientation": "attitude", "attitude": "orientation"}  # keys of sensors, and of other sections
 
 
 def nearest(name: str, names: Iterable[str], count: int = 1, alike: float = ALIKE) -> list[str]:
@@ -26,5 +27,7 @@ def nearest(name: str, names: Iterable[str], count: int = 1, alike: float = ALIK
 
 
 def did_you_mean(name: str, names: Iterable[str]) -> str:
-    """Return "did you mean 'x'? " or ""."""
-    return "".join(f"did you mean '{near}'? " for near in nearest(name, names))
+    """Return "did you mean 'x'? " or "", for a synonym or for the closest name."""
+    known = list(names)
+    synonym = SYNONYMS.get(name.casefold())
+    return "".join(f"did you mean '{near}'? " for near in ([synonym] if synonym in known else nearest(name, known)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Annotated, Literal, Self
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 import numpy as np
 from pydantic import Field, field_validator, model_validator
@@ -44,6 +44,16 @@ class Pinhole(Sensor):
     size: tuple[Annotated[int, Field(ge=1, le=LARGEST)], Annotated[int, Field(ge=1, le=LARGEST)]] = Field(
         (640, 480), description="width and height of the image", json_schema_extra=unit("px")
     )
+
+    @field_validator("attitude", mode="before")
+    @classmethod
+    def _is_quaternion(cls, value: object) -> object:
+        wanted = "expected a quaternion w, x, y, z (a list of 4 numbers)"
+        if isinstance(value, dict):
+            raise ValueError(f"{wanted}, got a mapping{_as_list(value)}")
+        if isinstance(value, list) and len(value) != 4:
+            raise ValueError(f"{wanted}, got {len(value)}")
+        return tuple(value) if isinstance(value, list) else value
 
     @field_validator("attitude")
     @classmethod
@@ -117,3 +127,15 @@ class Pinhole(Sensor):
             "p": [fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0],
         }
         return Message("sensor_msgs/CameraInfo", {}, constant, framed=True, topic="/camera_info")
+
+
+def _as_list(given: dict[Any, Any]) -> str:
+    """Return advice on an attitude in angles, as other sections accept it: its quaternion; "" for other mappings."""
+    for key, factor in (("rpy", 1.0), ("rpy_deg", np.pi / 180.0)):
+        try:
+            angles = factor * np.array(given.get(key), dtype=float)
+        except (TypeError, ValueError):
+            continue
+        if angles.shape == (3,) and np.isfinite(angles).all():
+            return f"; write [{', '.join(f'{part + 0.0:.9g}' for part in rotations.from_rpy(*angles).round(9))}]"
+    return ""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from conftest import ROOT
@@ -113,3 +115,28 @@ def test_noise_does_not_change_the_flag():
 def test_invalid_cameras_are_rejected(change, text):
     with pytest.raises(cdpr.CdprError, match=text):
         run({"position": [0, 0, 5], "markers": [[0, 0, 0]], **change})
+
+
+@pytest.mark.parametrize(
+    ("given", "told"),
+    [
+        # A quarter turn about x, in closed form: (cos 45, sin 45, 0, 0) degrees.
+        ({"rpy_deg": [-90, 0, 0]}, "a mapping; write [0.707106781, -0.707106781, 0, 0]"),
+        ({"rpy": [0, 0, math.pi]}, "a mapping; write [0, 0, 0, 1]"),
+        ({"euler": {}}, "a mapping"),
+        ({"rpy": "up"}, "a mapping"),
+        ([1, 0, 0], "3"),
+    ],
+)
+def test_attitudes_in_another_form(given, told):
+    with pytest.raises(cdpr.ScenarioError) as error:
+        cdpr.load_scenario("visual_servo", overrides={"sensors.0.attitude": given})
+    text = "sensors[0].attitude: expected a quaternion w, x, y, z (a list of 4 numbers), got "
+    assert str(error.value).endswith(f"{text}{told}")
+
+
+def test_the_key_of_other_orientations_is_suggested():
+    with pytest.raises(cdpr.ScenarioError, match=r"unknown key 'orientation': did you mean 'attitude'\?"):
+        cdpr.load_scenario("visual_servo", overrides={"sensors.0.orientation": [1, 0, 0, 0]})
+    with pytest.raises(cdpr.ScenarioError, match=r"unknown key 'attitude': did you mean 'orientation'\?"):
+        cdpr.load_scenario("visual_servo", overrides={"initial.attitude": {"rpy": [0, 0, 0]}})
