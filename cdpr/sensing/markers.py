@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
@@ -12,7 +13,8 @@ from cdpr.base.fields import Vector3, unit
 from cdpr.base.needs import Needs, of_sensor
 from cdpr.mechanics import solids
 from cdpr.model import rotations
-from cdpr.model.robot import Array
+from cdpr.model.robot import Array, Robot
+from cdpr.model.shapes import Obstacle
 from cdpr.native.bind import bind
 from cdpr.sensing.disturbance import Mount
 from cdpr.sensing.errors import Errors
@@ -73,21 +75,16 @@ class Markers(Pinhole):
 
     def truth(self, sources: Sources) -> Truth:
         """Return pixels and visibility (3 k,)."""
-        count = len(self.markers)
-        values = np.zeros(3 * count)
-        model = self.model()
-        shape = sources.robot.platform.shape
-        write = bind(
-            "project_markers",
-            state=sources.state,
-            **model,
-            solids=solids_of(sources.obstacles),
-            shape=solids.rows([] if shape is None else [solids.row(shape)]),
-            pixels=values[: 2 * count].reshape(count, 2),
-            seen=values[2 * count :],
-        )
+        values, model = np.zeros(3 * len(self.markers)), self.model()
+        write = _projection(model, sources.robot, sources.state, sources.obstacles, values)
         mount = Mount(model["camera"][:3], model["camera"][3:])
         return Truth(values, (Operation("sensors", write, timed=True),), (values,), mount)
+
+    def visible(self, robot: Robot, state: Array, obstacles: Sequence[Obstacle]) -> int:
+        """Return the number of markers that the camera sees with the platform in a state (13,)."""
+        values = np.zeros(3 * len(self.markers))
+        _projection(self.model(), robot, state, obstacles, values)(0.0)
+        return int(values[2 * len(self.markers) :].sum())
 
     def measurement_numbers(self) -> list[float]:
         """Return place and attitude of the camera, focal lengths, principal point, 1 if carried, and the markers."""
@@ -109,3 +106,19 @@ class Markers(Pinhole):
         x, y, z = np.moveaxis(np.einsum("ji,nkj->nki", rotations.matrix(self.axes), points - self.position), -1, 0)
         (fx, fy), (cx, cy) = self.focal, self.principal_point
         return np.stack([fx * x / z + cx, fy * y / z + cy], axis=-1).reshape(len(p), -1)
+
+
+def _projection(
+    model: dict[str, Any], robot: Robot, state: Array, obstacles: Sequence[Obstacle], values: Array
+) -> Callable[[float], int]:
+    """Return the operation that writes pixels and visibility (3 k,) at a time, s, from a model of `Markers.model`."""
+    count, shape = len(model["markers"]), robot.platform.shape
+    return bind(
+        "project_markers",
+        state=state,
+        **model,
+        solids=solids_of(obstacles),
+        shape=solids.rows([] if shape is None else [solids.row(shape)]),
+        pixels=values[: 2 * count].reshape(count, 2),
+        seen=values[2 * count :],
+    )

@@ -27,7 +27,7 @@ from cdpr.scenario.plausible.interference import touching
 from cdpr.scenario.plausible.loose import too_heavy
 from cdpr.scenario.plausible.passing import through_singular_places
 from cdpr.scenario.plausible.places import beyond_reach, far, no_length, one_sided, outside, too_weak
-from cdpr.scenario.plausible.seen import stretched_lengths, unseen_sensors
+from cdpr.scenario.plausible.seen import markers_out_of_sight, stretched_lengths, unseen_sensors
 from cdpr.scenario.plausible.setup import Finding, Setup
 from cdpr.scenario.plausible.sizes import bodies, cable_sizes, dents, proportions
 
@@ -59,6 +59,7 @@ CHECKS: tuple[Callable[[Setup], Iterator[Finding]], ...] = (
     bodies_that_do_not_turn,
     unseen_sensors,
     stretched_lengths,
+    markers_out_of_sight,
 )
 
 

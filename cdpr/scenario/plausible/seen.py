@@ -1,4 +1,4 @@
-"""Checks of the state that the controller sees: sensors that it does not use, and lengths of cables that stretch."""
+"""Checks of what the controller sees: unused sensors, markers out of sight, and lengths of cables that stretch."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from cdpr.cables import bends, chain_of
 from cdpr.scenario.plausible.setup import Finding, Setup
-from cdpr.sensing import Encoders, Pose
+from cdpr.sensing import Encoders, Markers, Pose
 
 SHOWN = 4  # names of sensors in a message
 
@@ -56,3 +56,23 @@ def stretched_lengths(setup: Setup) -> Iterator[Finding]:
         f"'{run.estimator.type}' assumes straight cables that do not stretch, but the encoders measure unwound "
         f"lengths: the error of the pose is about the {'stretch and sag' if sags else 'stretch'}; {remedy}",
     )
+
+
+def markers_out_of_sight(setup: Setup) -> Iterator[Finding]:
+    """Yield the camera of a controller that sees too few markers at the initial pose to determine the pose."""
+    run, used = setup.run, setup.controller.get("sensors", ())
+    if run is None or Markers.kind() not in used:  # type: ignore[operator]
+        return
+    found = next(((i, each) for i, each in enumerate(run.sensors) if isinstance(each, Markers)), None)
+    if found is None:
+        return  # an error of the controller
+    i, camera = found
+    needed, count = -(-setup.robot.n // 2), len(camera.markers)
+    seen = camera.visible(setup.robot, run.initial.state(), setup.obstacles)
+    if seen < needed <= count:  # fewer markers are an error of the controller
+        yield (
+            ("sensors", i),
+            f"the camera '{camera.title}' sees {seen} of {count} markers at the initial pose, and the controller "
+            f"'{run.controller.type}' needs {needed}: check position, attitude (z is the direction of view), focal and "
+            "size, and what hides the markers",
+        )

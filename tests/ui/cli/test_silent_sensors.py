@@ -44,10 +44,32 @@ def test_summary_and_page_state_it(tmp_path):
     assert "sensor &#x27;mocap&#x27; took no measurement after 0.1 s" in render(cdpr.load_run(tmp_path / "run"))
 
 
-def test_markers_out_of_sight():
-    away = {"simulation.duration": 0.1, "sensors.0.attitude": [1, 0, 0, 0]}  # looks up
-    run = cdpr.simulate(ROOT / "scenarios" / "visual_servo.yaml", overrides=away)
-    assert "sensor 'camera' sees no marker at the end" in list(reservations(run))
+VISUAL = ROOT / "scenarios" / "visual_servo.yaml"
+UPWARDS = {"simulation.duration": 0.1, "sensors.0.attitude": [1, 0, 0, 0]}
+
+
+def test_markers_never_seen():
+    run = cdpr.simulate(VISUAL, overrides=UPWARDS)
+    assert "sensor 'camera' never saw a marker" in list(reservations(run))
+
+
+def test_markers_lost_on_the_way():
+    """The image of 0.06 s, which shows none, arrives 20 ms later: the samples of 2 ms before 0.08 s have markers."""
+    turned = {"type": "sensor_bump", "time": 0.05, "sensor": "camera", "rotation": [3.0, 0, 0]}
+    run = cdpr.simulate(VISUAL, overrides={"simulation.duration": 0.1, "events": [turned]})
+    text = "sensor 'camera' sees no marker at the end, but saw some at 40 of 51 samples"
+    assert text in list(reservations(run))
+
+
+@pytest.mark.parametrize(("markers", "warned"), [(2, True), (3, False)])
+def test_too_few_markers_at_the_start_are_a_warning(markers, warned):
+    """The others are far outside of the image."""
+    seen = [[0.5, 0.25, 0.2], [-0.5, 0.25, 0.2], [-0.5, -0.25, 0.2]][:markers]
+    overrides = {"sensors.0.markers": [*seen, *[[50.0 + k, k * k, 0.2] for k in range(5 - markers)]]}
+    scenario = cdpr.load_scenario(VISUAL, overrides=overrides)
+    texts = [each.text for each in scenario.warnings if each.path == ("sensors", 0)]
+    told = "the camera 'camera' sees 2 of 5 markers at the initial pose, and the controller 'visual_servo' needs 3"
+    assert [text.partition(":")[0] for text in texts] == ([told] if warned else [])
 
 
 @pytest.mark.parametrize(("bias", "warned"), [(0.0, False), (0.02, True)])
