@@ -12,16 +12,22 @@ from cdpr.mechanics.reach import LENGTHS, Bounds, Kind, Reach
 from cdpr.model.robot import Array
 from cdpr.tension.checks import LIMIT_TOLERANCE, newton
 
+OF_COMMANDS = "commands that require tensions"
+
 # Commands outside the true limits of the cables, if the controller uses a nominal model with others.
 OVERDRAWN = (
-    Kind("below_min", "commands below the lowest tension", "N", "tension", upper=False, room="true_margin"),
-    Kind("above_max", "commands above the highest tension", "N", "tension", upper=True, room="true_margin"),
+    Kind(
+        "below_min", "commands that require tensions below tension.min", "N", "tension", upper=False, room="true_margin"
+    ),
+    Kind(
+        "above_max", "commands that require tensions above tension.max", "N", "tension", upper=True, room="true_margin"
+    ),
 )
 
 # True tensions, if they differ from the commands. (With ideal cables the solver's status reports them.)
 TENSIONS = (
-    Kind("tension_below_min", "cable tensions lower", "N", "cable_tension", upper=False),
-    Kind("tension_above_max", "cable tensions higher", "N", "cable_tension", upper=True),
+    Kind("tension_below_min", "cable tensions lower than allowed", "N", "cable_tension", upper=False),
+    Kind("tension_above_max", "cable tensions higher than allowed", "N", "cable_tension", upper=True),
 )
 
 KINDS = (*LENGTHS, *OVERDRAWN, *TENSIONS)

@@ -41,9 +41,9 @@ class Kind:
 
 
 LENGTHS = (
-    Kind("shorter", "cables shorter", "m", "length", upper=False),
-    Kind("longer", "cables longer", "m", "length", upper=True),
-    Kind("faster", "cables wound faster", "m/s", "rate", upper=True, magnitude=True),
+    Kind("shorter", "cables shorter than allowed", "m", "length", upper=False),
+    Kind("longer", "cables longer than allowed", "m", "length", upper=True),
+    Kind("faster", "cables wound faster than allowed", "m/s", "rate", upper=True, magnitude=True),
 )
 
 Bounds = tuple[tuple[float | None, ...], ...]  # shortest, longest, fastest of each cable; () without limits
@@ -71,7 +71,7 @@ class Exceeded:
         while digits < DIGITS and float(f"{self.worst:.{digits}g}") == self.limit:
             digits += 1
         value = f"{'down' if self.worst < self.limit else 'up'} to {self.worst:.{digits}g}"
-        return f"{self.words} than allowed: {which} {value} of {self.limit:g} {self.unit}{more} ({count})"
+        return f"{self.words}: {which} {value} of {self.limit:g} {self.unit}{more} ({count})"
 
 
 def bounds_of(robot: Robot) -> Bounds:

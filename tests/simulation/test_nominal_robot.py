@@ -248,9 +248,9 @@ def test_commands_beyond_the_true_limits_are_counted_and_reported():
     assert run.summary()["beyond_limits_steps"] == {"below_min": 0, "above_max": 101}
     assert np.array_equal(run["true_margin"], np.minimum(run.tension - 50.0, 400.0 - run.tension))
     worst = run.header.cables[int(run.tension.max(axis=0).argmax())]
-    told = f"commands above the highest tension than allowed: {worst} up to {run.tension.max():.4g} of 400 N, and "
+    told = f"commands that require tensions above tension.max: {worst} up to {run.tension.max():.4g} of 400 N, and "
     assert next(event.text for event in run.events if event.kind == "limit").startswith(told)
-    assert list(reservations(run)) == ["101 of 101 samples had commands above the highest tension than allowed"]
+    assert list(reservations(run)) == ["101 of 101 samples had commands that require tensions above tension.max"]
 
 
 def test_so_they_are_of_a_log_that_is_thinned_and_on_disk(tmp_path):
@@ -263,7 +263,7 @@ def test_limits_stop_where_they_are_left(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     given = (f"--set={key}={value}" for key, value in (WEAK | {"limits": "stop"}).items())
     done = cdpr_here("run", CAROCA, *given, "--out", "run", "--no-report", code=4)
-    assert "t = 0 s: commands above the highest tension than allowed: " in done.stderr
+    assert "t = 0 s: commands that require tensions above tension.max: " in done.stderr
     assert cdpr.load_run("run").status == "beyond_limits"
 
 

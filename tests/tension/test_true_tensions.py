@@ -20,9 +20,12 @@ from cdpr.log.limit_violations import beyond
 from cdpr.log.repair import repair
 from cdpr.log.slack import MOST_EVENTS, Slack
 from cdpr.ui.cli import run as run_command
-from cdpr.ui.report.pages.tables import ending, summary
+from cdpr.ui.report.pages.tables import cables, ending, summary
+from cdpr.ui.report.text.reservations import reservations
 
 RUNS = int(os.environ.get("CDPR_TEST_CASES", "3"))  # random runs
+
+DIGITS = 1e-3  # tables show at least three digits
 
 PUSHED = pushed_point(tension_max=400, duration=1.5, time=0.2)
 
@@ -51,6 +54,21 @@ def test_true_tensions_are_judged(pushed):
     assert "had slack cables" in ending(pushed)
     assert "Samples with slack cables; intervals" in summary(pushed, {})
     assert any(event.text.startswith("cable tensions higher than allowed: cable_") for event in pushed.events)
+
+
+def test_the_table_of_cables_shows_true_tensions(pushed):
+    rows = [row.split("</td>") for row in cables(pushed).split("<tr>")[2:]]
+    shown = [[float(cell.rpartition(">")[2]) for cell in row[2:4]] for row in rows]
+    true = pushed.cable_tension
+    assert np.allclose(shown, np.column_stack([true.min(axis=0), true.max(axis=0)]), DIGITS, DIGITS)
+    assert true.max() > pushed.tension.max() * (1.0 + DIGITS), "the commands would not pass"
+
+
+def test_low_tensions_of_lengths_get_advice(pushed):
+    lengths = simulate("hangprinter", overrides={"simulation.duration": 0.02, "controller.pretension": 0.0})
+    for run, advised in ((lengths, True), (pushed, False)):
+        (text,) = [text for text in reservations(run) if "cable tensions lower than allowed" in text]
+        assert text.endswith("raise controller.pretension)") == advised
 
 
 def plain_intervals(time, slack):

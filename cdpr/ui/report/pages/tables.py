@@ -207,10 +207,10 @@ def events(run: Run) -> str:
 
 
 def cables(run: Run) -> str:
-    """Return the limits and extreme values of each cable."""
+    """Return the limits and the extreme values of true tension and length of each cable."""
     head = run.header
     rows = []
-    tension, length = (histories(run)[what].values for what in ("tension", "length"))
+    tension, length = (histories(run)[what].values for what in ("cable_tension", "length"))
     for i, (name, look) in enumerate(zip(head.cables, cable_looks(head.cables), strict=True)):
         limits = (head.tension_min[i], head.tension_max[i])
         rows.append((swatch(look) + escape(name), *map(number, (*limits, *_ends(tension[:, i]), *_ends(length[:, i])))))

@@ -8,12 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from cdpr.log.limit_violations import KINDS, TENSIONS
+from cdpr.base.defaults import LENGTH_CONTROLLER
+from cdpr.log.limit_violations import KINDS, OVERDRAWN, TENSIONS
 from cdpr.log.run import Run
 from cdpr.log.singular import PASSED
 from cdpr.mechanics.contacts import passing
 from cdpr.tension.command import BEYOND
 from cdpr.tension.policy import CLIPPED, FALLBACK
+
+TOO_LOW = OVERDRAWN[0].name, TENSIONS[0].name
 
 # Of the samples: above this, the run shows the behaviour of the fallback rather than that of the solver.
 LARGE_SHARE = 0.1
@@ -47,7 +50,9 @@ def reservations(run: Run) -> Iterator[str]:
     beyond = figures.get("beyond_limits_steps", {})
     for kind in KINDS:
         if bad := beyond.get(kind.name):
-            yield f"{bad} of {total} samples had {kind.words} than allowed"
+            loose = kind.name in TOO_LOW and run.header.controller == LENGTH_CONTROLLER
+            remedy = " (if the robot has more cables than degrees of freedom, raise controller.pretension)"
+            yield f"{bad} of {total} samples had {kind.words}{remedy if loose else ''}"
     if (bad := figures.get("slack_samples")) and not run.header.ideal_cables:
         yield f"{bad} of {total} samples had slack cables"
     if passed := figures.get(PASSED):
@@ -71,7 +76,9 @@ def silent(run: Run) -> Iterator[str]:
         if age > late + SILENT * max(float(sensor["period"]), step):
             yield f"sensor '{name}' took no measurement after {end - age:.6g} s"
         elif f"{name}_seen" in columns and not last[columns[f"{name}_seen"]].any():
-            yield f"sensor '{name}' sees no marker at the end"
+            count = int(np.asarray(run.rows[:, columns[f"{name}_seen"]]).any(axis=1).sum())
+            saw = f"sees no marker at the end, but saw some at {count} of {len(run.rows)} samples"
+            yield f"sensor '{name}' {saw if count else 'never saw a marker'}"
 
 
 def deceived(figures: dict[str, Any]) -> Iterator[str]:
