@@ -193,10 +193,10 @@ def of_sensor(**others: Support) -> Needs:
 
     An exported plant with controller contains the sensors that its controller or its estimator uses.
     """
-    apart = left_out("sensors are not exported")
+    apart, with_controller = left_out("not exported"), left_out("exported only with the controller")
     used = depends("only the sensors that the controller or the estimator uses are exported")
     given = left_out("the state of the platform is an input of the exported controller")
-    exports = dict.fromkeys(("plant_fmu", "mjcf", "sdf", "urdf"), apart)
+    exports = {"plant_fmu": with_controller, **dict.fromkeys(("mjcf", "sdf", "urdf"), apart)}
     return of_run(**{**exports, "controller_fmu": used, "bare_controller_fmu": given, "native": given, **others})
 
 

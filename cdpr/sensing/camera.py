@@ -15,6 +15,7 @@ from cdpr.sensing.pinhole import Pinhole
 from cdpr.sensing.sensor import LONGEST, Sources, Truth
 
 LARGEST = 4096  # px, width and height
+NOT_EXPORTED = left_out("images are not exported")
 NO_IMAGES = "rollouts render no images"
 
 
@@ -33,7 +34,7 @@ class Camera(Pinhole):
     """
 
     needs: ClassVar[Needs] = replace(
-        of_sensor(controller_fmu=left_out("images are not exported")),
+        of_sensor(plant_fmu=NOT_EXPORTED, controller_fmu=NOT_EXPORTED),
         rollout=left_out(NO_IMAGES),
         threads=left_out(NO_IMAGES),
     )

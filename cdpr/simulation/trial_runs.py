@@ -78,8 +78,14 @@ def scenario_with_trials(file: str, source: str | None, sizes: Sizes) -> Trial:
             best, best_text, best_note = rate, text, _grown(rate)
         if process_time() > end:
             return Trial(best_text, _unfinished(), False)
-    varied = "gains were" if "kp" in scenario.controller_options.model_dump() else "pretension was"
+    options = scenario.controller_options.model_dump()
+    varied = "gains were" if "kp" in options else "pretension was"
     note = f"{WARNING}no stable {varied} found for these elastic cables{best_note}: {_remedy(scenario)}"
+    if options.get("pretension") == 0.0 and scenario.robot.m > scenario.robot.n:
+        note = (
+            f"{WARNING}the loop is not stable without pretension, and none was tried, as the robot's tension.min is 0: "
+            "set it above 0 in the robot file (cdpr import --tension MIN,MAX), and write the scenario again"
+        )
     return Trial(best_text, note, False)
 
 

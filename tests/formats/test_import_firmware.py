@@ -16,6 +16,8 @@ from cdpr.formats import import_file
 from cdpr.formats.read import gcode_commands, klipper, reprap
 from cdpr.formats.read.import_files import write
 from cdpr.mechanics import kinematics
+from cdpr.scenario.template import Sizes
+from cdpr.simulation.trial_runs import scenario_with_trials
 
 
 def imported(tmp_path, text, name="config.g", **options):
@@ -137,6 +139,20 @@ def test_given_limits_are_used_where_the_file_has_none(tmp_path):
     robot, found = imported(tmp_path, text, tension=(2, 50))
     assert (robot.tension_min.tolist(), robot.tension_max.tolist()) == ([2] * 4, [50] * 4)
     assert "assumed tension" not in told(found)
+
+
+def test_lines_without_a_lower_limit_get_advice(tmp_path):
+    """The loop of lines that become slack is not stable, and twice a lower limit of 0 is no pretension."""
+    text = RRF.replace(" I5:5:5:0 X80:80:80:120", "")
+    _, found = imported(tmp_path, text)
+    limits = "assumed tension limits: 0.0 to 70.0 N; --tension MIN,MAX sets others"
+    assert f"{limits}, recommended with MIN above 0, such as 5, so that the lines stay taut" in told(found)
+    source = str(tmp_path / "out" / "hangprinter.yaml")
+    trial = scenario_with_trials(str(tmp_path / "s.yaml"), source, Sizes())
+    assert not trial.stable
+    assert "as the robot's tension.min is 0: set it above 0 in the robot file (cdpr import --tension" in trial.note
+    imported(tmp_path, text, tension=(5, 70))
+    assert scenario_with_trials(str(tmp_path / "s.yaml"), source, Sizes()).stable
 
 
 @pytest.mark.parametrize("end", ["\n", "\r\n"])

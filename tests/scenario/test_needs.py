@@ -206,6 +206,13 @@ def test_exported_fmus_report_brakes(tmp_path):
     assert said in done.stderr
 
 
+def test_plants_have_no_sensors():
+    found = omitted(cdpr.load_scenario("encoders_only"), "plant_fmu")
+    only = "exported only with the controller"
+    assert found[:2] == [f"sensors: {only} (encoders)", f"estimator: {only}"]
+    assert "sensors: images are not exported (camera, camera)" in omitted(cdpr.load_scenario("camera"), "plant_fmu")
+
+
 def test_a_controller_alone_is_exported_without_the_drives(tmp_path):
     words = ["fmu", "export", "caroca", "--set", "drives.delay=0.004", "--source-only", "--out"]
     done = CliRunner().invoke(cli, [*words, str(tmp_path / "alone.fmu"), "--controller"])

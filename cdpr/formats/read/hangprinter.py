@@ -20,6 +20,7 @@ MM = 1e-3  # m
 MASS = 2.0  # kg
 STIFFNESS = 2.0e4  # N; default of RepRapFirmware for a line of 1.1 mm
 DAMPING = 20.0  # N s/m
+TAUT = 5.0  # N, of a usual Hangprinter
 LIMITS = (0.0, 70.0)  # N; defaults of RepRapFirmware
 
 
@@ -96,7 +97,9 @@ def complete(found: Imported, printer: Printer, file: str, given: tuple[float, f
     found.warnings.append(f"{file}: assumed, because the file does not define them: {'; '.join(assumed)}")
     if given is None and (printer.low is None or printer.high is None):
         low, high = found.robot["tension"]["min"], found.robot["tension"]["max"]
-        found.warnings.append(f"{file}: assumed tension limits: {low} to {high} N; --tension MIN,MAX sets others")
+        taut = f", recommended with MIN above 0, such as {TAUT:g}, so that the lines stay taut"
+        others = f"--tension MIN,MAX sets others{taut if printer.low is None else ''}"
+        found.warnings.append(f"{file}: assumed tension limits: {low} to {high} N; {others}")
     winches: list[dict[str, Any]] = [
         {"type": "position"} | ({} if line.radius is None else {"drum_radius": line.radius}) | line.transmission
         for line in printer.lines
