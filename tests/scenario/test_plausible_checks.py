@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 import re
 from pathlib import Path
@@ -200,6 +201,24 @@ def test_drums_that_become_empty_along_the_motion():
     assert not found(0.005, **{"simulation.duration": 1.0})  # not reached
 
 
+def weak(path, torque, **winch):
+    stepper = {"type": "stepper", "drum_radius": 0.05, "stall_torque": torque, **winch}
+    rows = load_scenario(path, overrides={"robot.winch": stepper}).warnings
+    return [row.text for row in rows if row.path == ("robot", "winch", "stall_torque")]
+
+
+def test_steppers_that_stall_under_the_weight():
+    """Two belts of a plotter, each 0.61 m to the side and 0.78 m up, carry 0.8 kg; a tackle of two falls halves it."""
+    tension = 0.5 * 0.8 * 9.81 * math.hypot(0.61, 0.78) / 0.78
+    torque = 0.05 * tension
+    (text,) = weak(SCENARIOS / "plotter.yaml", 0.95 * torque)
+    told = f"cable 'left' needs about {tension:.3g} N, which is {torque:.3g} N m at its drum, and its stepper stalls at"
+    assert told in text
+    assert not weak(SCENARIOS / "plotter.yaml", 1.05 * torque)
+    assert not weak(SCENARIOS / "plotter.yaml", 0.55 * torque, reeving=2, efficiency=0.5, gear_ratio=3)
+    assert weak(SCENARIOS / "plotter.yaml", 0.45 * torque, reeving=2, efficiency=0.5, gear_ratio=3)
+
+
 def test_every_check_has_a_case():
     """A check without a warning in any of these cases is dead or not tested; angles are in test_cli_words."""
     subjects = [subject(load_scenario(CAROCA, overrides=seldom)) for seldom, _, _ in CASES]
@@ -225,6 +244,10 @@ def test_every_check_has_a_case():
     subjects.append(subject(load_scenario(CAROCA, overrides={"sensors": ENCODERS})))
     stretched = {"sensors": ENCODERS, "estimator": {"type": "forward_kinematics"}}
     subjects.append(subject(load_scenario(SCENARIOS / "winch.yaml", overrides=stretched)))
+    stalled = {"type": "stepper", "drum_radius": 0.05, "stall_torque": 0.1}
+    subjects.append(subject(load_scenario(SCENARIOS / "plotter.yaml", overrides={"robot.winch": stalled})))
+    upwards = {"sensors.0.attitude": [1, 0, 0, 0]}
+    subjects.append(subject(load_scenario(SCENARIOS / "visual_servo.yaml", overrides=upwards)))
     assert [check.__name__ for check in CHECKS if not any(list(check(one)) for one in subjects)] == []
 
 

@@ -22,7 +22,7 @@ from cdpr.scenario.plausible.course import (
     of_the_motion,
     taken_by_the_guide,
 )
-from cdpr.scenario.plausible.drums import empty_drums, large_steps
+from cdpr.scenario.plausible.drums import empty_drums, large_steps, weak_steppers
 from cdpr.scenario.plausible.interference import touching
 from cdpr.scenario.plausible.loose import too_heavy
 from cdpr.scenario.plausible.passing import through_singular_places
@@ -54,6 +54,7 @@ CHECKS: tuple[Callable[[Setup], Iterator[Finding]], ...] = (
     through_singular_places,
     empty_drums,
     large_steps,
+    weak_steppers,
     cut_short,
     taken_by_the_guide,
     bodies_that_do_not_turn,

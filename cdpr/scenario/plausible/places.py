@@ -42,7 +42,7 @@ def one_sided(setup: Setup) -> Iterator[Finding]:
     """
     robot = setup.robot
     free = np.array([name in robot.dof for name in DOF_NAMES[:3]])
-    if not free.any() or _may_hold(setup):
+    if not free.any() or may_hold(setup):
         return
     for path, position, attitude in setup.starts():
         chords = _chords(setup, position, rotations.matrix(attitude)) * free
@@ -75,7 +75,7 @@ def too_weak(setup: Setup) -> Iterator[Finding]:
         return
     if setup.run is not None and setup.run.controlled:
         robot = replace(robot, dof=setup.run.controlled)
-    if robot.m < robot.n or _may_hold(setup) or _slack(robot) > ROUND_OFF:
+    if robot.m < robot.n or may_hold(setup) or _slack(robot) > ROUND_OFF:
         return
     size = robot.platform.mass * float(np.linalg.norm(setup.gravity))
     slack = UNHELD * size + ROUND_OFF * max(np.abs(robot.tension_min).max(), np.abs(robot.tension_max).max())
@@ -92,7 +92,7 @@ def too_weak(setup: Setup) -> Iterator[Finding]:
 def outside(setup: Setup) -> Iterator[Finding]:
     """Yield positions outside the frame's anchors, except those below a suspended robot."""
     robot, anchors = setup.robot, setup.robot.anchors[:, :3]
-    if _may_hold(setup):
+    if may_hold(setup):
         return
     low, high = anchors.min(axis=0), anchors.max(axis=0)
     slack = _slack(robot) * setup.extent + tolerances.HELD
@@ -163,7 +163,7 @@ def _slack(robot: Robot) -> float:
     return ROUND_OFF if all(cable.exit is None for cable in robot.cables) else OFF_ANCHOR
 
 
-def _may_hold(setup: Setup) -> bool:
+def may_hold(setup: Setup) -> bool:
     """Return True if something besides cables and gravity may support the platform: external loads or rigid legs.
 
     Upward gravity is reported separately.
