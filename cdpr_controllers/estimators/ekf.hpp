@@ -46,7 +46,8 @@ template <class T> struct KalmanFilter {
     const T* settings;       // (q), of the sensors
     T* history;  // (slots, h), of each control step, in a ring: state, covariance, tensions (m), N, that led
                  // to it, ratios and states of stretch (m), values (n) of all sensors, taken at it, and the use (k) of
-                 // each sensor
+                 // each sensor; with load cells also the variance, N^2, which a held tension gains in a step, and
+                 // TensionErrors::kept
     T* count;    // (1), control steps since the start
     T* state;    // (13), estimate
     T* covariance;  // (12, 12), of its errors
@@ -54,6 +55,9 @@ template <class T> struct KalmanFilter {
     T* taken;       // (n), work space
     T* stretch;     // (4, m), work space: ratios and states of stretch, then those of the step before
     T* tension;     // (2, m), N, work space: at the begin and at the end of a control period
+    T* kept;        // (h), work space, of TensionErrors
+    T* terms;       // (20, m), work space, of TensionErrors
+    int64_t every;  // control steps from one measurement of load cells to the next
     int64_t k;
     int64_t n;
     int64_t d;
@@ -64,7 +68,7 @@ template <class T> struct KalmanFilter {
         FilteredPlatform<T>::fields,
         "time(1), start(13), deviation(12), command(m), sensors(k, 5), values(n), arrivals(k, 2), deviations(d), "
         "settings(q), both history(slots, h), both count(1), state(13), covariance(12, 12), innovation(2), work "
-        "taken(n), work stretch(4, m), work tension(2, m), k, n, d, q, slots >= 2, h");
+        "taken(n), work stretch(4, m), work tension(2, m), work kept(h), work terms(20, m), every >= 1, k, n, d, q, slots >= 2, h");
 
     static constexpr int64_t STATE = 0, COVARIANCE = 13, TENSION = COVARIANCE + ERRORS * ERRORS;  // places in a row
 
@@ -73,6 +77,10 @@ template <class T> struct KalmanFilter {
     CDPR_INLINE CableStretch<T> stretch_now() const { return {stretch, stretch + platform.m}; }
     CDPR_INLINE CableStretch<T> stretch_before() const { return {stretch + 2 * platform.m, stretch + 3 * platform.m}; }
     CDPR_INLINE int64_t of_use() const { return of_values() + n; }
+    CDPR_INLINE int64_t of_change() const { return of_use() + k; }
+    CDPR_INLINE int64_t of_errors() const { return of_change() + 1; }
+    CDPR_INLINE TensionErrors<T> errors() const { return {kept, terms, platform.noisy ? platform.m : 0}; }
+    CDPR_INLINE int64_t numbers() const { return platform.noisy ? of_errors() + errors().stored() : of_change(); }
     CDPR_INLINE RingRow<T> step(T at) const { return {history, slots, h, at}; }
     CDPR_INLINE const int64_t* sensor(int64_t i) const { return sensors + SensorRow::WIDTH * i; }
 
@@ -88,6 +96,20 @@ CDPR_INLINE double largest(const Lanes& lanes) {
     return found;
 }
 #endif
+
+// Return the variance, N^2, which tensions gain in a step while a measurement is held, from the change in such a time
+// before it was taken, without the noise. Before the first measurement there are no tensions.
+template <class T> inline T change_in_hold(const KalmanFilter<T>& p, T taken, T late, const T* tension) {
+    const T zero = 0.0, held = late + T(double(p.every)), before = taken - held;
+    const RingRow<T> at = p.step(before);
+    T square = 0.0;
+    for (int64_t i = 0; i < p.platform.m; i++) {
+        const T old = at.get(KalmanFilter<T>::TENSION + i), noise = p.platform.cells[i];
+        const T change = tension[i] - select((before > zero) & (old == old), old, zero);
+        square = square + (change * change - T(2.0) * noise * noise);
+    }
+    return larger(square, zero) / (T(double(p.platform.m)) * held);
+}
 
 // Store the new measurement of a sensor at the step at which it was taken; return how many steps ago it changes the
 // filter, 0 without one.
@@ -105,10 +127,12 @@ template <class T> inline T store_measurement(const KalmanFilter<T>& p, T now, i
     const T ago = select(stored, late, zero);
     if (row[SensorRow::KIND] != LOAD_CELLS) return ago;
     const Truth<T> acts = stored & (now - late > zero);  // no tensions act before the start
+    const T change = change_in_hold(p, now - late, late, p.values + place);
     for (int64_t before = int64_t(largest(ago)); before >= 0; before--) {
         const RingRow<T> at = p.step(now - T(double(before)));
         for (int64_t j = 0; j < p.platform.m; j++)
             at.put(KalmanFilter<T>::TENSION + j, p.values[place + j], acts & (ago >= T(double(before))));
+        at.put(p.of_change(), change, acts & (ago >= T(double(before))));
     }
     return select(acts & (late + T(1.0) < now), ago + T(1.0), ago);  // the step that ends with them
 }
@@ -124,6 +148,7 @@ template <class T> inline T store_inputs(const KalmanFilter<T>& p, T now) {
         const T held = p.platform.noisy ? select(later, before.get(TENSION + i), T(NOT_A_NUMBER)) : p.command[i];
         present.put(TENSION + i, held, always);
     }
+    if (p.platform.noisy) present.put(p.of_change(), select(later, before.get(p.of_change()), T(0.0)), always);
     T ago = select(Truth<T>(p.waits()) & (now > T(1.0)), T(1.0), T(0.0));
     for (int64_t i = 0; i < p.k; i++) ago = larger(ago, store_measurement(p, now, i));
     return ago;
@@ -142,8 +167,34 @@ template <class T> inline void load_tensions(const KalmanFilter<T>& p, T at, dou
     load(p.step(p.platform.noisy && late > 0.0 ? at + T(1.0) : at), KalmanFilter<T>::TENSION, m, p.tension + m);
 }
 
+// Return the errors of tensions and stretch at the begin of a step `late` steps ago, and correct its tensions, which
+// are those of the period where `acts`.
+template <class T> inline TensionErrors<T> load_errors(const KalmanFilter<T>& p, T at, double late, Truth<T> acts) {
+    TensionErrors<T> errors = p.errors();
+    const int64_t m = errors.m;
+    const RingRow<T> end = p.step(late > 0.0 ? at + T(1.0) : at);
+    const T zero = 0.0, change = end.get(p.of_change());
+    Truth<T> measured = false;
+    for (int64_t i = 0; i < p.k; i++) {
+        if (p.sensor(i)[SensorRow::KIND] != LOAD_CELLS || late == 0.0) continue;
+        measured = measured | (end.get(p.of_use() + i) != T(NOT_MEASURED));
+    }
+    errors.keeps = select(measured, zero, T(1.0));
+    load(p.step(at - T(1.0)), p.of_errors(), errors.stored(), errors.kept);
+    for (int64_t i = 0; i < m; i++) {
+        const T square = p.platform.cells[i] * p.platform.cells[i];
+        T& first = errors.variance(i);  // of the first tension
+        first = select(acts & (first == zero), square, first);
+        errors.added(i) = select(measured, square, change);
+        p.tension[i] = p.tension[i] + errors.estimate(i);
+        errors.estimate(i) = errors.keeps * errors.estimate(i);
+        p.tension[m + i] = p.tension[m + i] + errors.estimate(i);
+    }
+    return errors;
+}
+
 // Write state and covariance of a step before its measurements.
-template <class T> inline void begin_step(const KalmanFilter<T>& p, T at) {
+template <class T> inline void begin_step(const KalmanFilter<T>& p, T at, double late) {
     using Filter = KalmanFilter<T>;
     const Truth<T> starts = !(at > T(0.0));
     const int64_t m = p.platform.m;
@@ -151,21 +202,41 @@ template <class T> inline void begin_step(const KalmanFilter<T>& p, T at) {
         const RingRow<T> before = p.step(at - T(1.0));
         const T* const state = before.read(Filter::STATE, 13, p.state);
         T* const tension = p.platform.forces;
+        const Truth<T> acts = p.tension[0] == p.tension[0];
+        const TensionErrors<T> errors = p.platform.noisy ? load_errors(p, at, late, acts) : p.errors();
         for (int64_t i = 0; i < m; i++) tension[i] = T(0.5) * (p.tension[i] + p.tension[m + i]);
         if (p.platform.elastic) load(before, p.of_stretch(), 2 * m, p.stretch_before().ratio);
         advance_drums(p.platform, state, p.stretch_before(), tension, p.stretch_now());
-        predict(p.platform, state, before.read(Filter::COVARIANCE, ERRORS * ERRORS, p.covariance), tension, p.state,
-                p.covariance);
+        predict(p.platform, state, before.read(Filter::COVARIANCE, ERRORS * ERRORS, p.covariance), tension, errors,
+                p.state, p.covariance);
         if (p.platform.elastic)
-            write_stretch(p.platform, p.state, p.tension, p.tension + m, p.stretch_before(), p.stretch_now());
+            write_stretch(p.platform, p.state, p.tension, p.tension + m, p.stretch_before(), p.stretch_now(), errors);
+        if (p.platform.noisy) advance_tension_errors(acts, errors);
     }
     if (!any(starts)) return;
     for (int64_t i = 0; p.platform.elastic && i < 2 * m; i++)
         p.stretch[i] = select(starts, T(NOT_A_NUMBER), p.stretch[i]);
+    for (int64_t i = 0; p.platform.noisy && i < p.errors().stored(); i++)
+        p.kept[i] = select(starts, T(0.0), p.kept[i]);
     for (int j = 0; j < 13; j++) p.state[j] = select(starts, p.start[j], p.state[j]);
     for (int j = 0; j < ERRORS * ERRORS; j++) {
         const T own = p.deviation[j / ERRORS];
         p.covariance[j] = select(starts, j % (ERRORS + 1) == 0 ? own * own : T(0.0), p.covariance[j]);
+    }
+}
+
+// Add the corrections of tensions and stretch.
+template <class T> inline void correct_tensions(const KalmanFilter<T>& p, const Correction<T>& sum) {
+    const TensionErrors<T> errors = p.errors();
+    const CableStretch<T> stretch = p.stretch_now();
+    for (int64_t i = 0; i < errors.m; i++) {
+        const T more = errors.correction()[2 * i], tension = errors.correction()[2 * i + 1];
+        errors.estimate(i) = errors.estimate(i) + tension;
+        p.tension[errors.m + i] = p.tension[errors.m + i] + tension;
+        if (!p.platform.elastic) continue;
+        const T length = p.platform.length[i], ratio = stretch.ratio[i];
+        stretch.state[i] = stretch.state[i] + more;
+        stretch.ratio[i] = select(more != T(0.0), length / (length / ratio - more), ratio);
     }
 }
 
@@ -182,14 +253,17 @@ template <class T> inline void complete_step(const KalmanFilter<T>& p, T at, dou
         if (p.waits() && late == 0.0 && p.sensor(i)[SensorRow::KIND] == ENCODERS) measured = measured & !later;
         if (!any(measured)) continue;
         Correction<T> sum = {p.covariance, measured};
+        if (p.platform.noisy) sum.begin_tensions(p.errors());
         use_sensor(p.platform, p.sensor(i), p.state, tension, later, ratio, values, p.deviations, p.settings, sum);
         sum.apply(p.state);
+        if (p.platform.noisy) correct_tensions(p, sum);
         const Truth<T> counts = measured & (use == T(ARRIVED)) & (sum.count > T(0.0));
         T &square = p.innovation[0], &count = p.innovation[1];
         square = select(counts, select(count > T(0.0), square, T(0.0)) + sum.square, square);
         count = select(counts, count + sum.count, count);
         present.put(p.of_use() + i, USED, measured);
     }
+    if (p.platform.noisy) present.write(p.of_errors(), p.errors().stored(), p.kept, filtered);
     if (p.platform.elastic) present.write(p.of_stretch(), 2 * p.platform.m, p.stretch, filtered);
     present.write(Filter::STATE, 13, p.state, filtered);
     present.write(Filter::COVARIANCE, ERRORS * ERRORS, p.covariance, filtered);
@@ -197,7 +271,7 @@ template <class T> inline void complete_step(const KalmanFilter<T>& p, T at, dou
 
 // Filter the present control step. At time 0 the filter starts.
 template <class T> inline int kalman_filter(KalmanFilter<T>& p) {
-    if (!has_anchors<T>(p.platform.w) || p.h < p.of_use() + p.k) return code(T(double(BAD_INPUT)));
+    if (!has_anchors<T>(p.platform.w) || p.h < p.numbers()) return code(T(double(BAD_INPUT)));
     const T now = select(*p.time > T(0.0), *p.count + T(1.0), T(0.0));
     *p.count = now;
     p.innovation[0] = NOT_A_NUMBER;
@@ -207,7 +281,7 @@ template <class T> inline int kalman_filter(KalmanFilter<T>& p) {
         const double late = double(k);
         const T at = now - T(late);
         load_tensions(p, at, late);
-        begin_step(p, at);
+        begin_step(p, at, late);
         complete_step(p, at, late, ago >= T(late));
     }
     return 0;

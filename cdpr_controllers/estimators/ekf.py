@@ -15,6 +15,7 @@ from cdpr.native.bind import bind
 from cdpr.plugins import Estimator, EstimatorInputs, SensorModel, SnapshotOfArrays
 from cdpr.sensing.sensor import Sensor
 from cdpr_controllers.estimators.ekf_prediction import platform_arguments
+from cdpr_controllers.estimators.ekf_tension_errors import numbers_of_errors
 from cdpr_controllers.estimators.ekf_updates import USED, deviations, reason_to_ignore, sensor_tables
 
 ERRORS = 12  # of a state: position, attitude, velocity, angular velocity
@@ -66,8 +67,14 @@ class Ekf(SnapshotOfArrays, Estimator):
         _check_cables(robot, self._used)
         used = [each.sensor for each in self._used]
         tables = sensor_tables(used, robot.m, options.noise_floor)
+        cells = _cells(used)
+        deviations_of_cells = None if cells is None else deviations(cells, robot.m, options.noise_floor)
+        every = 1 if cells is None else max(1, round(cells.period / control_step))
         slots = 3 + max(_late(each, control_step) for each in used)  # one more for load cells
         width = STATE_NUMBERS + 3 * robot.m + tables.values + len(used)
+        if cells is not None:
+            slots += _late(cells, control_step) + every
+            width += 1 + numbers_of_errors(robot.m)
         self._values, self._arrivals = np.zeros(tables.values), np.zeros((len(used), 2))
         self._history, self._count = np.zeros((slots, width)), np.zeros(1)
         self.covariance, innovation = np.zeros((ERRORS, ERRORS)), np.zeros(2)
@@ -75,7 +82,7 @@ class Ekf(SnapshotOfArrays, Estimator):
         self.arrays = (self._values, self._arrivals, self._history, self._count, self.covariance, innovation)
         self._state, self._time = np.zeros(13), np.zeros(1)
         self._given = {
-            **platform_arguments(robot, gravity, control_step, options, _cells(used, robot.m, control_step, options)),
+            **platform_arguments(robot, gravity, control_step, options, deviations_of_cells),
             "time": self._time,
             "start": np.zeros(13),
             "deviation": start_deviations(robot, options),
@@ -87,6 +94,7 @@ class Ekf(SnapshotOfArrays, Estimator):
             "settings": tables.settings,
             "history": self._history,
             "count": self._count,
+            "every": every,
             "covariance": self.covariance,
             "innovation": innovation,
         }
@@ -172,7 +180,5 @@ def _check_cables(robot: Robot, used: Sequence[SensorModel]) -> None:
         )
 
 
-def _cells(used: Sequence[Sensor], m: int, step: float, options: Any) -> tuple[Array, float] | None:
-    """Return the standard deviations of measured tensions (m,), N, and their period, s; None without load cells."""
-    cells = [each for each in used if each.measurement == "tension"]
-    return (deviations(cells[0], m, options.noise_floor), cells[0].period or step) if cells else None
+def _cells(used: Sequence[Sensor]) -> Sensor | None:
+    return next((each for each in used if each.measurement == "tension"), None)
