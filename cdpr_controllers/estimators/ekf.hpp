@@ -46,8 +46,8 @@ template <class T> struct KalmanFilter {
     const T* settings;       // (q), of the sensors
     T* history;  // (slots, h), of each control step, in a ring: state, covariance, tensions (m), N, that led
                  // to it, ratios and states of stretch (m), values (n) of all sensors, taken at it, and the use (k) of
-                 // each sensor; with load cells also the variance, N^2, which a held tension gains in a step, and
-                 // TensionErrors::kept
+                 // each sensor; with load cells also the variance, N^2, which a held tension gains in a step,
+                 // TensionErrors::keeps of the step that ends with the tensions, and TensionErrors::kept
     T* count;    // (1), control steps since the start
     T* state;    // (13), estimate
     T* covariance;  // (12, 12), of its errors
@@ -78,7 +78,8 @@ template <class T> struct KalmanFilter {
     CDPR_INLINE CableStretch<T> stretch_before() const { return {stretch + 2 * platform.m, stretch + 3 * platform.m}; }
     CDPR_INLINE int64_t of_use() const { return of_values() + n; }
     CDPR_INLINE int64_t of_change() const { return of_use() + k; }
-    CDPR_INLINE int64_t of_errors() const { return of_change() + 1; }
+    CDPR_INLINE int64_t of_keeps() const { return of_change() + 1; }
+    CDPR_INLINE int64_t of_errors() const { return of_keeps() + 1; }
     CDPR_INLINE TensionErrors<T> errors() const { return {kept, terms, platform.noisy ? platform.m : 0}; }
     CDPR_INLINE int64_t numbers() const { return platform.noisy ? of_errors() + errors().stored() : of_change(); }
     CDPR_INLINE RingRow<T> step(T at) const { return {history, slots, h, at}; }
@@ -98,17 +99,46 @@ CDPR_INLINE double largest(const Lanes& lanes) {
 #endif
 
 // Return the variance, N^2, which tensions gain in a step while a measurement is held, from the change in such a time
-// before it was taken, without the noise. Before the first measurement there are no tensions.
+// before it was taken, without the noise; at the start, a change by the weight per cable.
 template <class T> inline T change_in_hold(const KalmanFilter<T>& p, T taken, T late, const T* tension) {
     const T zero = 0.0, held = late + T(double(p.every)), before = taken - held;
     const RingRow<T> at = p.step(before);
+    const Vector<T> g = vector(p.platform.gravity);
+    const T m = double(p.platform.m), mass = Inertial<T>{p.platform.inertial}.mass();
+    const T weight = mass * mass * dot(g, g) / (m * m);
     T square = 0.0;
     for (int64_t i = 0; i < p.platform.m; i++) {
-        const T old = at.get(KalmanFilter<T>::TENSION + i), noise = p.platform.cells[i];
-        const T change = tension[i] - select((before > zero) & (old == old), old, zero);
-        square = square + (change * change - T(2.0) * noise * noise);
+        const T old = at.get(KalmanFilter<T>::TENSION + i), noise = p.platform.cells[i], change = tension[i] - old;
+        const Truth<T> known = (before > zero) & (old == old);
+        square = square + select(known, change * change - T(2.0) * noise * noise, weight);
     }
-    return larger(square, zero) / (T(double(p.platform.m)) * held);
+    return larger(square, zero) / (m * held);
+}
+
+// Interpolate the tensions between a measurement of load cells, sensor i, and the one before; return the control steps
+// between them, 1 without one. The errors of interpolated tensions are those of a first-order Gauss-Markov process with
+// the same variance and density: its correlation decays by exp(-2) between the measurements.
+template <class T>
+inline T interpolate_tensions(const KalmanFilter<T>& p, T taken, T late, int64_t i, T change, Truth<T> acts) {
+    constexpr int64_t TENSION = KalmanFilter<T>::TENSION;
+    const T zero = 0.0, one = 1.0, most = T(double(p.slots - 2)) - late;
+    T gap = zero;
+    for (T back = one;; back = back + one) {
+        const Truth<T> searched = acts & (gap == zero) & (back <= most);
+        if (!any(searched)) break;
+        gap = select(searched & (p.step(taken - back).get(p.of_use() + i) != T(NOT_MEASURED)), back, gap);
+    }
+    gap = select(taken > gap, larger(gap, one), one);
+    const RingRow<T> begin = p.step(taken - gap), end = p.step(taken);
+    for (T back = one; any(back < gap); back = back + one) {
+        const RingRow<T> at = p.step(taken - back);
+        for (int64_t j = TENSION; j < TENSION + p.platform.m; j++)
+            at.put(j, end.get(j) + back / gap * (begin.get(j) - end.get(j)), back < gap);
+        at.put(p.of_change(), change, back < gap);
+        at.put(p.of_keeps(), (gap - one) / (gap + one), back < gap);
+    }
+    end.put(p.of_keeps(), (gap - one) / (gap + one), acts);
+    return gap;
 }
 
 // Store the new measurement of a sensor at the step at which it was taken; return how many steps ago it changes the
@@ -133,8 +163,11 @@ template <class T> inline T store_measurement(const KalmanFilter<T>& p, T now, i
         for (int64_t j = 0; j < p.platform.m; j++)
             at.put(KalmanFilter<T>::TENSION + j, p.values[place + j], acts & (ago >= T(double(before))));
         at.put(p.of_change(), change, acts & (ago >= T(double(before))));
+        at.put(p.of_keeps(), T(1.0), acts & (ago >= T(double(before))));
     }
-    return select(acts & (late + T(1.0) < now), ago + T(1.0), ago);  // the step that ends with them
+    // From the step that ends with the first tensions that change.
+    const T gap = interpolate_tensions(p, now - late, late, i, change, acts);
+    return select(acts & (late + gap < now), ago + gap, ago);
 }
 
 // Store the inputs of the present step, and the new measurements; return how many steps ago the first step to filter
@@ -148,7 +181,10 @@ template <class T> inline T store_inputs(const KalmanFilter<T>& p, T now) {
         const T held = p.platform.noisy ? select(later, before.get(TENSION + i), T(NOT_A_NUMBER)) : p.command[i];
         present.put(TENSION + i, held, always);
     }
-    if (p.platform.noisy) present.put(p.of_change(), select(later, before.get(p.of_change()), T(0.0)), always);
+    if (p.platform.noisy) {
+        present.put(p.of_change(), select(later, before.get(p.of_change()), T(0.0)), always);
+        present.put(p.of_keeps(), T(1.0), always);
+    }
     T ago = select(Truth<T>(p.waits()) & (now > T(1.0)), T(1.0), T(0.0));
     for (int64_t i = 0; i < p.k; i++) ago = larger(ago, store_measurement(p, now, i));
     return ago;
@@ -171,21 +207,21 @@ template <class T> inline void load_tensions(const KalmanFilter<T>& p, T at, dou
 // are those of the period where `acts`.
 template <class T> inline TensionErrors<T> load_errors(const KalmanFilter<T>& p, T at, double late, Truth<T> acts) {
     TensionErrors<T> errors = p.errors();
+    errors.keeps = 1.0;
     const int64_t m = errors.m;
     const RingRow<T> end = p.step(late > 0.0 ? at + T(1.0) : at);
-    const T zero = 0.0, change = end.get(p.of_change());
-    Truth<T> measured = false;
-    for (int64_t i = 0; i < p.k; i++) {
-        if (p.sensor(i)[SensorRow::KIND] != LOAD_CELLS || late == 0.0) continue;
-        measured = measured | (end.get(p.of_use() + i) != T(NOT_MEASURED));
-    }
-    errors.keeps = select(measured, zero, T(1.0));
+    const T one = 1.0, change = end.get(p.of_change());
+    if (late > 0.0) errors.keeps = end.get(p.of_keeps());
+    const T keeps = errors.keeps, renewed = one - keeps * keeps;
+    // Interpolated tensions have a sixth of the variance gained between the measurements: that of a random walk between
+    // two known ends.
+    const T gained = select(keeps == one, change, change * keeps * (one + keeps) / T(3.0));
     load(p.step(at - T(1.0)), p.of_errors(), errors.stored(), errors.kept);
     for (int64_t i = 0; i < m; i++) {
         const T square = p.platform.cells[i] * p.platform.cells[i];
         T& first = errors.variance(i);  // of the first tension
-        first = select(acts & (first == zero), square, first);
-        errors.added(i) = select(measured, square, change);
+        first = select(acts & (first == T(0.0)), square, first);
+        errors.added(i) = renewed * square + gained;
         p.tension[i] = p.tension[i] + errors.estimate(i);
         errors.estimate(i) = errors.keeps * errors.estimate(i);
         p.tension[m + i] = p.tension[m + i] + errors.estimate(i);

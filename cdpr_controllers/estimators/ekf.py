@@ -74,7 +74,7 @@ class Ekf(SnapshotOfArrays, Estimator):
         width = STATE_NUMBERS + 3 * robot.m + tables.values + len(used)
         if cells is not None:
             slots += _late(cells, control_step) + every
-            width += 1 + numbers_of_errors(robot.m)
+            width += 2 + numbers_of_errors(robot.m)
         self._values, self._arrivals = np.zeros(tables.values), np.zeros((len(used), 2))
         self._history, self._count = np.zeros((slots, width)), np.zeros(1)
         self.covariance, innovation = np.zeros((ERRORS, ERRORS)), np.zeros(2)

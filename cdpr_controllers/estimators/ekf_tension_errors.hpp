@@ -11,7 +11,7 @@ template <class T> struct TensionErrors {
                     // state of the platform; covariance (2 m, 2 m)
     T* terms;       // (20, m), work space
     int64_t m = 0;  // 0 without load cells
-    T keeps = 0.0;  // 1: the tension at the end of the period is the one at its begin; 0: it has been measured
+    T keeps = 0.0;  // share of the tension's error that remains after a period: 1 if it is held, 0 if it is new
 
     CDPR_INLINE int64_t stored() const { return m + 2 * m * ERRORS + 4 * m * m; }
     CDPR_INLINE T& estimate(int64_t i) const { return kept[i]; }
