@@ -98,21 +98,27 @@ CDPR_INLINE double largest(const Lanes& lanes) {
 }
 #endif
 
-// Return the variance, N^2, which tensions gain in a step while a measurement is held, from the change in such a time
-// before it was taken, without the noise; at the start, a change by the weight per cable.
+constexpr double REMEMBERED = 4.0;   // holding times of tensions, for which a larger change is remembered
+constexpr double SIGNIFICANT = 3.0;  // standard deviations: larger changes are not noise
+
+// Return the variance, N^2, which tensions gain in a step while a measurement is held: that of their change in such a
+// time before it was taken, without the noise; at the start, the square of the weight per cable.
 template <class T> inline T change_in_hold(const KalmanFilter<T>& p, T taken, T late, const T* tension) {
-    const T zero = 0.0, held = late + T(double(p.every)), before = taken - held;
-    const RingRow<T> at = p.step(before);
+    const T zero = 0.0, one = 1.0, every = double(p.every), held = late + every;
+    const RingRow<T> at = p.step(taken - held), last = p.step(taken - one);
     const Vector<T> g = vector(p.platform.gravity);
     const T m = double(p.platform.m), mass = Inertial<T>{p.platform.inertial}.mass();
-    const T weight = mass * mass * dot(g, g) / (m * m);
-    T square = 0.0;
+    const Truth<T> known = (taken > held) & (at.get(KalmanFilter<T>::TENSION) == at.get(KalmanFilter<T>::TENSION));
+    T square = 0.0, noise = 0.0;
     for (int64_t i = 0; i < p.platform.m; i++) {
-        const T old = at.get(KalmanFilter<T>::TENSION + i), noise = p.platform.cells[i], change = tension[i] - old;
-        const Truth<T> known = (before > zero) & (old == old);
-        square = square + select(known, change * change - T(2.0) * noise * noise, weight);
+        const T change = tension[i] - at.get(KalmanFilter<T>::TENSION + i), own = p.platform.cells[i];
+        square = square + change * change;
+        noise = noise + T(2.0) * own * own;
     }
-    return larger(square, zero) / (m * held);
+    const T largest_noise = noise * (one + T(SIGNIFICANT) * square_root(T(2.0) / m));  // m squared normal numbers
+    square = select(known, select(square > largest_noise, square - noise, zero), mass * mass * dot(g, g) / m);
+    const T remembered = (one - every / (T(REMEMBERED) * held)) * last.get(p.of_change());
+    return larger(square / (m * held), select(known & (taken - every > held), remembered, zero));
 }
 
 // Interpolate the tensions between a measurement of load cells, sensor i, and the one before; return the control steps
