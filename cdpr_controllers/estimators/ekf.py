@@ -73,7 +73,7 @@ class Ekf(SnapshotOfArrays, Estimator):
         slots = 3 + max(_late(each, control_step) for each in used)  # one more for load cells
         width = STATE_NUMBERS + 3 * robot.m + tables.values + len(used)
         if cells is not None:
-            slots += _late(cells, control_step) + every
+            slots += _late(cells, control_step) + 2 * every  # to the measurement before a lost one
             width += 2 + numbers_of_errors(robot.m)
         self._values, self._arrivals = np.zeros(tables.values), np.zeros((len(used), 2))
         self._history, self._count = np.zeros((slots, width)), np.zeros(1)
@@ -153,9 +153,11 @@ def _check_used(used: Sequence[SensorModel], given: Sequence[Sensor]) -> None:
 def _late(sensor: Sensor, step: float) -> int:
     """Return the largest number of control steps from a measurement to its arrival."""
     late = round((sensor.delay + sensor.jitter) / step)
-    if late > MOST_LATE:
+    held = late + round(sensor.period / step) if sensor.measurement == "tension" else late
+    if held > MOST_LATE:
+        times = "delay and jitter" if held == late else "period, delay and jitter together"
         raise CdprError(
-            f"ekf: sensor '{sensor.title}': expected delay and jitter of at most {MOST_LATE} control steps, got {late}"
+            f"ekf: sensor '{sensor.title}': expected {times} of at most {MOST_LATE} control steps, got {held}; reduce them"
         )
     return late
 

@@ -52,10 +52,11 @@ template <class T> struct TensionErrors {
         for (int64_t j = 0; j < 2 * m; j++) {
             T *const shared = with_platform(j), *const row_of_own = own(j);
             const T* const gain = terms + (ERRORS + 6) * m;
-            const T along = select(where, gain[j], T(0.0)), less = along * precision;
-            correction()[j] = correction()[j] + along * scaled;
-            for (int k = 0; k < ERRORS; k++) shared[k] = shared[k] - along * share[k];
-            for (int64_t k = 0; k < 2 * m; k++) row_of_own[k] = row_of_own[k] - less * gain[k];
+            const T along = gain[j], less = along * precision;
+            correction()[j] = select(where, correction()[j] + along * scaled, correction()[j]);
+            for (int k = 0; k < ERRORS; k++) shared[k] = select(where, shared[k] - along * share[k], shared[k]);
+            for (int64_t k = 0; k < 2 * m; k++)
+                row_of_own[k] = select(where, row_of_own[k] - less * gain[k], row_of_own[k]);
         }
     }
 };
@@ -111,7 +112,8 @@ template <class T> inline void advance_tension_errors(Truth<T> driven, const Ten
     const int64_t m = errors.m;
     for (int64_t i = 0; i < m; i++) {
         T *const stretch = errors.with_platform(2 * i), *const tension = stretch + ERRORS;
-        const T added = half * errors.added(i), *const effect = errors.effect(i), end = errors.response(i)[2];
+        const T added = half * errors.added(i), *const effect = errors.effect(i);
+        const T end = select(driven, errors.response(i)[2], zero);
         for (int k = 0; k < ERRORS; k++) {
             advance(i, stretch[k], tension[k]);
             stretch[k] = stretch[k] + end * added * effect[k];
@@ -122,7 +124,7 @@ template <class T> inline void advance_tension_errors(Truth<T> driven, const Ten
     for (int64_t i = 0; i < m; i++) {
         for (int64_t j = 0; j < 2 * m; j++) advance(i, errors.own(j)[2 * i], errors.own(j)[2 * i + 1]);
         T *const stretch = errors.own(2 * i) + 2 * i, *const tension = errors.own(2 * i + 1) + 2 * i;
-        const T added = select(driven, errors.added(i), zero), end = errors.response(i)[2];
+        const T added = select(driven, errors.added(i), zero), end = select(driven, errors.response(i)[2], zero);
         stretch[0] = stretch[0] + end * end * added;
         stretch[1] = stretch[1] + end * added;
         tension[0] = tension[0] + end * added;
