@@ -68,7 +68,8 @@ template <class T> struct KalmanFilter {
         FilteredPlatform<T>::fields,
         "time(1), start(13), deviation(12), command(m), sensors(k, 5), values(n), arrivals(k, 2), deviations(d), "
         "settings(q), both history(slots, h), both count(1), state(13), covariance(12, 12), innovation(2), work "
-        "taken(n), work stretch(4, m), work tension(2, m), work kept(h), work terms(20, m), every >= 1, k, n, d, q, slots >= 2, h");
+        "taken(n), work stretch(4, m), work tension(2, m), work kept(h), work terms(20, m), every >= 1, k, n, d, q, "
+        "slots >= 2, h");
 
     static constexpr int64_t STATE = 0, COVARIANCE = 13, TENSION = COVARIANCE + ERRORS * ERRORS;  // places in a row
 
@@ -258,8 +259,7 @@ template <class T> inline void begin_step(const KalmanFilter<T>& p, T at, double
     if (!any(starts)) return;
     for (int64_t i = 0; p.platform.elastic && i < 2 * m; i++)
         p.stretch[i] = select(starts, T(NOT_A_NUMBER), p.stretch[i]);
-    for (int64_t i = 0; p.platform.noisy && i < p.errors().stored(); i++)
-        p.kept[i] = select(starts, T(0.0), p.kept[i]);
+    for (int64_t i = 0; p.platform.noisy && i < p.errors().stored(); i++) p.kept[i] = select(starts, T(0.0), p.kept[i]);
     for (int j = 0; j < 13; j++) p.state[j] = select(starts, p.start[j], p.state[j]);
     for (int j = 0; j < ERRORS * ERRORS; j++) {
         const T own = p.deviation[j / ERRORS];

@@ -157,7 +157,8 @@ def _late(sensor: Sensor, step: float) -> int:
     if held > MOST_LATE:
         times = "delay and jitter" if held == late else "period, delay and jitter together"
         raise CdprError(
-            f"ekf: sensor '{sensor.title}': expected {times} of at most {MOST_LATE} control steps, got {held}; reduce them"
+            f"ekf: sensor '{sensor.title}': expected {times} of at most {MOST_LATE} control steps, got {held}; reduce "
+            "them"
         )
     return late
 

@@ -14,9 +14,7 @@ from cdpr_controllers.estimators.ekf_covariance import densities
 from cdpr_controllers.estimators.ekf_stretch import drums_are_resolved, inverse_mass_matrix
 
 
-def platform_arguments(
-    robot: Robot, gravity: Array, step: float, options: Any, cells: Array | None
-) -> dict[str, Any]:
+def platform_arguments(robot: Robot, gravity: Array, step: float, options: Any, cells: Array | None) -> dict[str, Any]:
     """Return the arguments of the prediction, by name: `FilteredPlatform` in ekf_prediction.hpp.
 
     Args:

@@ -62,8 +62,8 @@ template <class T> struct StretchedCable {
 
     // Return the stretch, m, a control period, s, after the given one, while the tension, N, changes evenly: the
     // damping d of a cable delays the stretch behind the tension. That of a linear differential equation with the
-    // exponential exp(-h k / d) as 1 / (1 + x + x^2 / 2), x = h k / d. A slack cable takes the stretch at rest. Write its
-    // response (3) to errors, as in TensionErrors.
+    // exponential exp(-h k / d) as 1 / (1 + x + x^2 / 2), x = h k / d. A slack cable takes the stretch at rest. Write
+    // its response (3) to errors, as in TensionErrors.
     CDPR_INLINE T follow_tension(double period, T begin, T end, T stretch, T* response) const {
         const T zero = 0.0, half = 0.5, unwound = length - stretch, held = tension(unwound, zero);
         const T d = tension(unwound, T(1.0)) - held;
@@ -71,8 +71,8 @@ template <class T> struct StretchedCable {
         const T hk = T(period) * stiffness, whole = d * d + d * hk + half * hk * hk;
         const T more = (d + half * hk) * hk * (begin - held) + half * (d + hk) * hk * (end - begin);
         const T at_rest = length - rest(chain.span_kind(), chain.span(), length, end);
-        const T scale = hk / (whole * stiffness), taut[3] = {T(1.0) - (d + half * hk) * scale * stiffness,
-                                                             half * d * scale, half * (d + hk) * scale};
+        const T scale = hk / (whole * stiffness),
+                taut[3] = {T(1.0) - (d + half * hk) * scale * stiffness, half * d * scale, half * (d + hk) * scale};
         for (int j = 0; j < 3; j++) response[j] = select(stiffness > zero, taut[j], response[j]);
         return select(stiffness > zero, stretch + more / (whole * stiffness), at_rest);
     }

@@ -1,4 +1,5 @@
-// Errors of measured tensions in an error-state Kalman filter: ekf_tension_errors.py. SPDX-License-Identifier: Apache-2.0
+// Errors of measured tensions in an error-state Kalman filter: ekf_tension_errors.py. SPDX-License-Identifier:
+// Apache-2.0
 #pragma once
 
 #include <cdpr_controllers/estimators/ekf_covariance.hpp>

@@ -41,8 +41,8 @@ template <class T> struct Correction {
     T error[ERRORS] = {};
     TensionErrors<T> tensions = {};  // that of stretch, with load cells
     int64_t cable = -1;              // the value is the unwound length of this cable, which stretches
-    T square = 0.0;  // sum of the squared normalised innovations
-    T count = 0.0;   // their number
+    T square = 0.0;                  // sum of the squared normalised innovations
+    T count = 0.0;                   // their number
 
     // Begin with the errors of measured tensions.
     CDPR_INLINE void begin_tensions(TensionErrors<T> errors) {

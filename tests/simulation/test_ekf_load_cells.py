@@ -109,5 +109,7 @@ def test_before_the_first_tension_unknown_ones_carry_the_weight():
 
 def test_tensions_held_for_very_long_are_rejected():
     sensors = [ENCODERS, {**CELLS, "period": 3.0}]
-    with pytest.raises(CdprError, match="'tension': expected period, delay and jitter together of at most 1000 control"):
+    with pytest.raises(
+        CdprError, match="'tension': expected period, delay and jitter together of at most 1000 control"
+    ):
         cdpr.simulate(ROBOT, overrides={"sensors": sensors, "estimator.type": "ekf"})
