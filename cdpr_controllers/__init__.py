@@ -296,7 +296,7 @@ def cdpr_controllers() -> list[PluginInfo]:
             name="cable_length",
             factory="cdpr_controllers.cable_length:CableLength",
             summary="PID control of each cable length, plus tensions that hold the platform; estimates the pose",
-            properties={"output": "tension"},
+            properties={"output": "tension", "state": False},
             options=CableLengthOptions,
             changeable=("kp", "ki", "kd", "integral_limit"),
         ),
@@ -311,7 +311,7 @@ def cdpr_controllers() -> list[PluginInfo]:
             name="visual_servo",
             factory="cdpr_controllers.visual_servo:VisualServo",
             summary="image-based visual servoing on the markers in a camera's image, with computed torque",
-            properties={"output": "wrench", "sensors": ("markers",)},
+            properties={"output": "wrench", "state": False, "sensors": ("markers",)},
             options=VisualServoOptions,
             columns=(
                 Column("servo_error", 1, "px", "Root mean square distance of the markers from their desired pixels"),
@@ -326,7 +326,7 @@ def cdpr_controllers() -> list[PluginInfo]:
             summary="controller as an FMU (FMI 2.0 or 3.0, co-simulation); its output is a wrench or tensions",
             requires=("fmpy",),
             extra="cdpr[fmu]",
-            properties={"output": "wrench or tension"},
+            properties={"output": "wrench or tension", "state": False},
             options=FmuOptions,
         ),
         PluginInfo(
@@ -334,7 +334,7 @@ def cdpr_controllers() -> list[PluginInfo]:
             factory="cdpr_controllers.remote:RemoteController",
             summary="controller in another process; the run waits for each answer, or continues without it "
             "(docs/remote.md)",
-            properties={"output": "wrench", "deterministic": True, "live": True},
+            properties={"output": "wrench", "state": False, "deterministic": True, "live": True},
             options=RemoteOptions,
         ),
     ]

@@ -80,7 +80,7 @@ def _cells(keys: list[str], needs: Needs) -> list[str]:
         if support.why:
             reasons.setdefault(support.why, []).append(_title(use))
     remarks = [f"{', '.join(uses)}: {why}" for why, uses in reasons.items()]
-    required = [f"the {role} must support it" for role in ("backend", "controller") if getattr(needs, role)]
+    required = [f"each run: the {role} must support it" for role in ("backend", "controller") if getattr(needs, role)]
     return [_names(keys), *(each.level for each in supports.values()), "<br>".join([*remarks, *required])]
 
 

@@ -9,3 +9,4 @@ LENGTH_OPTIONS = {"flex_compensation": True}  # so that the platform is at rest 
 SOLVER = "qp"
 ESTIMATOR = "none"  # the controller uses measurements, or the true state
 SAFETY = 5.0  # ratio of a cable's breaking load to its largest tension
+MOST_STARTS = 10_000  # of a search for equilibria, which then takes minutes

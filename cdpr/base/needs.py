@@ -135,7 +135,7 @@ def of_motion(**others: Support) -> Needs:
 def of_event(*, backend: Mapping[str, str | bool] | None = None, **others: Support) -> Needs:
     """Return the needs of an event: exports omit it, except packages that contain the scenario."""
     apart = left_out("not exported")
-    native = left_out("real-time programs contain only their effect on the desired motion")
+    native = left_out("only changes of the desired motion by events are exported")
     return _but({**dict.fromkeys(MODELS_AND_CONTROLLERS, apart), "native": native, "backend": backend or {}, **others})
 
 
@@ -144,7 +144,10 @@ def of_winch() -> Needs:
     with_winch = depends("winches and elasticity are left out without --with-winch")
     ideal_only = depends("winches and elastic cables are an error")
     as_ideal = depends("winches and elasticity are left out")
-    return Needs(plant_fmu=with_winch, controller_fmu=with_winch, mjcf=ideal_only, sdf=as_ideal, urdf=as_ideal)
+    by_style = depends(
+        "with --style legs, winches and elastic cables are an error; with --style platform, they are left out"
+    )
+    return Needs(plant_fmu=with_winch, controller_fmu=with_winch, mjcf=ideal_only, sdf=by_style, urdf=as_ideal)
 
 
 def of_exit_friction() -> Needs:
@@ -180,8 +183,8 @@ def of_stepper() -> Needs:
 
 def of_drives() -> Needs:
     """Return the needs of imperfect drives: they are in all runs, and neither in exported plants nor controllers."""
-    at_once = no("the commands of its winches act exactly and at once")
-    apart = left_out("the commands of its winches act exactly and at once")
+    at_once = no("exported winches apply their commands exactly and at once")
+    apart = left_out("imperfections of drives are not exported")
     return of_run(plant_fmu=at_once, controller_fmu=at_once, mjcf=apart, sdf=apart, urdf=apart)
 
 
@@ -191,8 +194,8 @@ def of_sensor(**others: Support) -> Needs:
     An exported plant with controller contains the sensors that its controller or its estimator uses.
     """
     apart = left_out("sensors are not exported")
-    used = depends("only the sensors that controller or estimator use are exported")
-    given = left_out("the state that it sees is an input")
+    used = depends("only the sensors that the controller or the estimator uses are exported")
+    given = left_out("the state of the platform is an input of the exported controller")
     exports = dict.fromkeys(("plant_fmu", "mjcf", "sdf", "urdf"), apart)
     return of_run(**{**exports, "controller_fmu": used, "bare_controller_fmu": given, "native": given, **others})
 
@@ -204,7 +207,7 @@ def of_estimator() -> Needs:
 
 def of_loop_part() -> Needs:
     """Return the needs of a part of the loop that declares none: it is in all runs, and in no export."""
-    apart = no("exports contain no further parts of the loop")
+    apart = no("exports contain no added parts of the loop")
     return _but(dict.fromkeys(EXPORTS, apart))
 
 

@@ -7,7 +7,7 @@ union gives the errors of the intended branch, or one message that names all bra
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sized
 from dataclasses import dataclass, replace
 from functools import cache
 from typing import Any
@@ -89,15 +89,22 @@ def explain(
     `search` finds other places of an unknown key in the file, whose section `base` is `data`. By default, only the
     sections below the key's own are searched.
     """
-    faults = [
-        _fault(row, data) for row in error.errors(include_url=False) if row["type"] != "default_factory_not_called"
-    ]
+    faults = [_fault(row, data) for row in error.errors(include_url=False) if not _implied(row)]
     faults = [replace(fault, kinds=_kinds(fault, model, data)) for fault in faults]
     messages: dict[Path, Message] = {}
     nearby = cache(lambda section: search_below(model, section, data))
     for fault in _collapse(faults, 0):
         messages.setdefault(fault.path, _message(fault, model, data, tuple(core_keys), nearby, search, base))
     return list(messages.values())
+
+
+def _implied(row: Any) -> bool:
+    """Return True for an error of pydantic that another one explains, such as too few items of which some are wrong."""
+    if row["type"] == "default_factory_not_called":
+        return True
+    return (
+        row["type"] == "too_short" and isinstance(row["input"], Sized) and len(row["input"]) >= row["ctx"]["min_length"]
+    )
 
 
 def _fault(row: Any, data: Any) -> _Fault:

@@ -23,6 +23,7 @@ BAND = 0.025, 0.975  # shares of the chi-square distribution below the two ends 
 NORMAL = 1.959963984540054  # quantile of the standard normal distribution at 97.5 %
 MANY = 1000  # degrees of freedom above which Wilson and Hilferty's approximation is exact to 1e-6, and the sum slow
 CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
+RESIDUAL = "fit_residual"  # column of estimators that fit poses to lengths, NaN where no pose fits
 ERRORS = "position_error_m", "orientation_error_rad", "velocity_error_m_s", "angular_velocity_error_rad_s"
 
 
@@ -80,6 +81,7 @@ class Consistency(NamedTuple):
         largest: (4,), largest errors of position, attitude, velocity and angular velocity.
         squares: (4,), sums of the squared errors.
         nis, nees: normalised squares.
+        unfitted: number of samples at which no pose fits the measured lengths; None if the estimator fits no poses.
     """
 
     samples: int = 0
@@ -87,6 +89,7 @@ class Consistency(NamedTuple):
     squares: Array = np.zeros(4)
     nis: Squares = Squares()
     nees: Squares = Squares()
+    unfitted: int | None = None
 
     def figures(self) -> dict[str, Any]:
         """Return plain figures, {} without an estimator."""
@@ -100,6 +103,8 @@ class Consistency(NamedTuple):
         for name, each in (("nis", self.nis), ("nees", self.nees)):
             if (figures := each.figures()) is not None:
                 found[name] = figures
+        if self.unfitted is not None:
+            found["unfitted_samples"] = self.unfitted
         return {"estimate": found}
 
 
@@ -116,7 +121,10 @@ def consistency(found: Consistency, header: Header, rows: Array) -> Consistency:
         nis = nis.added(run["nis"], run["nis_size"])
     if header.layout.has("uncertainty"):
         nees = nees.added(run["nees"], np.count_nonzero(run["estimate_sigma"] > 0.0, axis=1))
-    return Consistency(found.samples + len(rows), largest, squares, nis, nees)
+    unfitted = found.unfitted
+    if RESIDUAL in header.layout.fields:
+        unfitted = (unfitted or 0) + int(np.count_nonzero(np.isnan(run[RESIDUAL])))
+    return Consistency(found.samples + len(rows), largest, squares, nis, nees, unfitted)
 
 
 def estimate_errors(run: Run) -> tuple[Array, Array, Array, Array]:

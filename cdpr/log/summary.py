@@ -65,6 +65,7 @@ def summarise(run: Run) -> dict[str, Any]:
       magnitudes of all motors, the largest rms current, and the energies that the motors used and fed back.
     - `estimate`, with an estimator, contains the errors of its estimate, and for `nis` and `nees` the mean per value,
       which is 1 for an estimator whose model is right, and the share of the samples within the 95 % band.
+      `unfitted_samples` are those at which no pose fits the measured lengths, if the estimator fits poses.
     - `energy_J` contains the work of each source, named by its column. `balanced` is None if the work of a source is
       unknown; `unknown_works` then names these sources.
     - `through_anchor_s`, `through_axis_s` and the sentence `passed` exist if a cable passes its anchor or swivel axis:

@@ -28,6 +28,14 @@ template <class T> struct Inertial {
     }
 };
 
+// Return the wrench about the platform's origin for the acceleration of G, m/s^2, and the rate of the angular momentum
+// about G, N m, with r = R c; world axes.
+template <class T> CDPR_INLINE Wrench<T> inverse_dynamics(T mass, Vector<T> gravity, Vector<T> r,
+                                                          Vector<T> acceleration, Vector<T> momentum_rate) {
+    const Vector<T> force = mass * (acceleration - gravity);
+    return {force, momentum_rate + cross(r, force)};
+}
+
 // Return the wrench about the platform's origin for the acceleration a, m/s^2, of its origin and alpha, rad/s^2, at
 // attitude q and angular velocity omega, rad/s; world axes: force = m (a + alpha x r + omega x (omega x r) - g), moment
 // = I alpha + omega x I omega + r x force.
@@ -35,9 +43,8 @@ template <class T> CDPR_INLINE Wrench<T> inverse_dynamics(Inertial<T> body, Vect
                                                           Vector<T> omega, Vector<T> a, Vector<T> alpha) {
     const Vector<T> r = body.lever(q);
     const Vector<T> tangential = cross(alpha, r), centripetal = cross(omega, cross(omega, r));
-    const Vector<T> force = body.mass() * (a + tangential + centripetal - gravity);
     const Vector<T> euler = body.turned_times(q, alpha), gyroscopic = cross(omega, body.turned_times(q, omega));
-    return {force, euler + gyroscopic + cross(r, force)};
+    return inverse_dynamics(body.mass(), gravity, r, a + tangential + centripetal, euler + gyroscopic);
 }
 
 template <class T> CDPR_INLINE Vector<T> no_vector() { return {0.0, 0.0, 0.0}; }

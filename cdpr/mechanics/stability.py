@@ -179,7 +179,8 @@ def oscillator(robot: Robot, state: Array, gravity: ArrayLike = GRAVITY) -> Osci
                 loss += share * radius * tension[i] / COULOMB_SPEED.of(cable)
             losses[i], gains[i] = loss / radius**2, gain / radius**2
             servos[i] = _loops(chain, cable)[1] / radius**2
-    losses += _losses_on_exits(robot, state, tension)
+    rubbing = _losses_on_exits(robot, state, tension)
+    own_losses, losses = losses - servos, losses + rubbing
     springs = np.array([chain.stretches for chain in chains])
     own = springs & [chain.winch not in PRESCRIBED for chain in chains]  # drums with their own coordinates
     carried, n, k = W[:, ~springs], len(W), int(own.sum())
@@ -194,8 +195,8 @@ def oscillator(robot: Robot, state: Array, gravity: ArrayLike = GRAVITY) -> Osci
     along = (np.eye(n + k)[:, :n] @ carried).T  # directions of cables that do not stretch
     parts = (
         *_of_springs(np.flatnonzero(springs).tolist(), B.T, stiffness, damping),
-        *_of_drums(np.flatnonzero(own).tolist(), np.eye(n + k)[n:], gains, servos, losses),
-        *_of_drums(np.flatnonzero(~springs).tolist(), along, gains, servos, losses),
+        *_of_drums(np.flatnonzero(own).tolist(), np.eye(n + k)[n:], gains, servos, own_losses, rubbing),
+        *_of_drums(np.flatnonzero(~springs).tolist(), along, gains, servos, own_losses, rubbing),
     )
     return Oscillator(M, C + B * damping @ B.T, K + B * stiffness @ B.T, parts)
 
@@ -206,10 +207,13 @@ def _of_springs(cables: list[int], directions: Array, stiffness: Array, damping:
         yield Resistance(i, "its damping", direction, damping=damper)
 
 
-def _of_drums(cables: list[int], directions: Array, gains: Array, servos: Array, losses: Array) -> Iterator[Resistance]:
+def _of_drums(
+    cables: list[int], directions: Array, gains: Array, servos: Array, losses: Array, rubbing: Array
+) -> Iterator[Resistance]:
     for i, direction in zip(cables, directions, strict=True):
         yield Resistance(i, "the control of its winch", direction, gains[i], servos[i])
-        yield Resistance(i, "the friction of its winch", direction, damping=losses[i] - servos[i])
+        yield Resistance(i, "the friction of its winch", direction, damping=losses[i])
+        yield Resistance(i, "the friction of its pulley", direction, damping=rubbing[i])
 
 
 def _losses_on_exits(robot: Robot, state: Array, tension: Array) -> Array:

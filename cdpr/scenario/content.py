@@ -154,12 +154,19 @@ class Content:
         sections, document, twin = self.sections, self._document, self._checked.twin
         shortened = not document.mark(("simulation", "duration")).line
         about = sections.robot, self.robot, nominal.ROBOT, document.data, sections, self._checked.motion, self.obstacles
-        setup = plausible.Setup(*about, lambda: self.desired, shortened)
+        setup = plausible.Setup(*about, lambda: self.desired, shortened, *self._declared())
         found = plausible.warnings(setup, document)
         if sections.believed is None or self.nominal is None or twin is None:
             return found
         thought = replace(setup, section=sections.believed, robot=self.nominal, data=twin.data)
         return (*found, *nominal.only_nominal(plausible.warnings(thought, twin), found))
+
+    def _declared(self) -> tuple[dict[str, object], dict[str, object]]:
+        """Return the declared properties of the controller, and of the estimator; those are empty without one."""
+        controller = self.plugins.get("controller", self.controller.type).properties(self.controller_options)  # type: ignore[arg-type]
+        if self.estimator is None:
+            return controller, {}
+        return controller, self.plugins.get("estimator", self.estimator.type).properties(self.estimator_options)  # type: ignore[arg-type]
 
     def doubts(self, events: Sequence[ScenarioEvent]) -> list[str]:
         """Return the warnings on the target of the last of these events, which replace the scenario's events."""

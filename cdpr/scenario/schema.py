@@ -171,9 +171,9 @@ class EstimatorSection(PluginSection):
     )
 
 
-TRUE_ROBOT = no("an exported controller supports only the true robot")
-OWN_WINCHES = no("an exported controller supports only the robot's own winches")
-NO_ACTUATORS = left_out("the exported plant takes tensions, not commands of winches")
+TRUE_ROBOT = no("an exported controller always computes with the simulated robot")
+OWN_WINCHES = no("an exported controller supports only the winches in the robot file")
+NO_ACTUATORS = left_out("actuator FMUs are not exported")
 UNCHECKED = left_out("an exported controller continues after limit violations")
 
 
@@ -216,7 +216,8 @@ class ScenarioSection(Section):
     )
     simulation: Simulation = Field(description="backend, duration and time steps", json_schema_extra=tab("simulation"))
     initial: Initial = Field(
-        description="state of the platform at time 0; default: at rest at the robot's home; required if it has none",
+        description="state of the platform at time 0; default: at rest at the robot's home; required "
+        "if the robot has no home",
         json_schema_extra=tab("motion") | {HOME: True},
     )
     trajectory: AnyMotion = Field(
@@ -253,21 +254,22 @@ class ScenarioSection(Section):
     )
     drives: Drives | None = Field(
         None,
-        description="imperfections of the drives, which apply the commands of the winches late, rounded, limited in "
-        "their rate, or with backlash; default: exactly and at once",
+        description="imperfections of the drives of the winches: delay, resolution, limited rate and backlash of the "
+        "commands; default: none",
         json_schema_extra=tab("control", 1),
     )
     sensors: list[AnySensor] = Field(
         [],
         max_length=MAX_SENSORS,
-        description="sensors, of which the controller uses the first that measures a pose, a twist and the cables' "
-        "lengths; default: it uses the true state",
+        description="sensors; default: none. The controller uses the first `pose`, the first `twist` and, if no cable "
+        "stretches, the first `encoders`, instead of the true values",
         json_schema_extra=tab("control", 1),
     )
     estimator: EstimatorSection | None = Field(
         None,
-        description="estimator of the state that controller and tension solver use, from the sensors; default: `none`, "
-        "the measured pose and twist, or the true state without such sensors",
+        description="estimator, which computes the state of the platform from the sensors, for the controller and the "
+        "tension solver; default: `none`. Without an estimator, they use the measured pose and twist, or the true "
+        "state if there is no sensor `pose` or `twist`",
         json_schema_extra=tab("control", 1),
     )
     events: list[AnyEvent] = Field(

@@ -15,7 +15,7 @@ from cdpr.sensing.pinhole import Pinhole
 from cdpr.sensing.sensor import LONGEST, Sources, Truth
 
 LARGEST = 4096  # px, width and height
-NO_IMAGES = "renders no images"
+NO_IMAGES = "rollouts render no images"
 
 
 class Camera(Pinhole):

@@ -38,6 +38,7 @@ class Encoders(Sensor):
     )
     rates: ClassVar[int] = 1
     used: ClassVar[Used] = "cables"
+    locates: ClassVar[bool] = True
     measurement: ClassVar[str] = "encoders"
 
     type: Literal["encoders"] = "encoders"

@@ -44,6 +44,7 @@ class Markers(Pinhole):
 
     needs: ClassVar[Needs] = of_sensor()
     mount: ClassVar[tuple[str, ...]] = ("place", "axes")
+    locates: ClassVar[bool] = True
     measurement: ClassVar[str] = "markers"
 
     type: Literal["markers"] = "markers"

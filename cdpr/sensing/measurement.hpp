@@ -130,7 +130,7 @@ template <class T> inline void take(Measurement<T>& p, Truth<T> due, T elapsed, 
         turn.z = with_errors(p, draws, due, i++, T(0.0), elapsed);
         T attitude[4];
         store(turned_where(quaternion(p.truth + j), turn), attitude);
-        for (int64_t c = 0; c < 4; c++) own.put(VALUES + j + c, attitude[c], due);
+        own.write(VALUES + j, 4, attitude, due);
         j += 3;
     }
     const Truth<T> differs = (elapsed > T(0.0)) & (p.count[0] > T(double(p.every)));

@@ -31,6 +31,7 @@ class Pose(Sensor):
         Quantity("attitude", 4, "", "Attitude quaternion w, x, y, z", WORLD),
     )
     used: ClassVar[Used] = "pose"
+    locates: ClassVar[bool] = True
     measurement: ClassVar[str] = "pose"
 
     type: Literal["pose"] = "pose"

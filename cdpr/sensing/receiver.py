@@ -36,6 +36,7 @@ class Receiver(Sensor):
     needs: ClassVar[Needs] = of_sensor()
     mount: ClassVar[tuple[str, ...]] = ("place",)
     quantities: ClassVar[tuple[Quantity, ...]] = (Quantity("position", 3, "m", "Position of the antenna", WORLD),)
+    locates: ClassVar[bool] = True
     measurement: ClassVar[str] = "receiver"
 
     type: Literal["receiver"] = "receiver"

@@ -148,6 +148,7 @@ class Sensor(Kind):
         rates: number of last quantities that follow from differences of the measurements before them.
         used: what the controller uses of it: "pose", "twist", "cables" or "".
         mount: what a bump can move: "place", and "axes" if it has a direction or an attitude.
+        locates: True if its measurements depend on the pose of the platform.
         sees_obstacles: True if the true values of a recorded run depend on the obstacles.
         measurement: model of its measurements for estimators, see `cdpr_controllers.estimators.ekf_updates`; "" if they
             do not use it.
@@ -159,6 +160,7 @@ class Sensor(Kind):
     rates: ClassVar[int] = 0
     used: ClassVar[Used] = ""
     mount: ClassVar[tuple[str, ...]] = ()
+    locates: ClassVar[bool] = False
     sees_obstacles: ClassVar[bool] = False
     measurement: ClassVar[str] = ""
     not_estimated: ClassVar[str] = "the filter has no model of its measurements"

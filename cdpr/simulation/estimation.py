@@ -47,18 +47,26 @@ def check_estimator(scenario: Scenario) -> None:
     """Make the estimator of a scenario, and close it.
 
     Raises:
-        CdprError: if the estimator rejects the scenario, such as for missing sensors.
+        CdprError: if the estimator rejects the scenario, such as for missing sensors; with its place.
         PluginError: if it cannot be made, or does not provide what it declares.
     """
     entry = estimator_of(scenario)
-    if entry is not None:
+    if entry is None:
+        return
+    m, given = scenario.robot.m, scenario.sections.sensors
+    models = []
+    for sensor in measuring(given):
+        size = sum(each.values(m) for each in sensor.quantities)
+        models.append(SensorModel(sensor.nominal, np.zeros(size), np.zeros(1), np.zeros(1)))
+    try:
         _check_believed(entry, scenario)
-        m = scenario.robot.m
-        models = []
-        for sensor in measuring(scenario.sections.sensors):
-            size = sum(each.values(m) for each in sensor.quantities)
-            models.append(SensorModel(sensor.nominal, np.zeros(size), np.zeros(1), np.zeros(1)))
         _make(entry, scenario.nominal or scenario.robot, scenario, models).close()
+    except PluginError:
+        raise
+    except CdprError as error:
+        only = ", ".join(f"'{each.title}' ({each.type})" for each in given) if given and not models else ""
+        images = f"; the images of {only} are no measurements for estimators" if only else ""
+        raise CdprError(f"{scenario.place('estimator')}: {error}{images}") from error
 
 
 def _check_believed(entry: Registered, scenario: Scenario) -> None:

@@ -25,6 +25,8 @@ FAULTS = {
 
 LENGTH_MIN = 1e-9  # m; round-off dominates the direction of a shorter cable
 
+PAID_OUT = 1e-3  # share of its length by which a cable may be longer after the sample before
+
 # A state that is not finite gives no cause. The states of an integrator's stages are searched for on the motion of the
 # previous sample, for two control periods: the acceleration may have reached them sooner.
 AHEAD = np.linspace(0.0, 2.0, 201)
@@ -41,7 +43,7 @@ def fault_message(
     if fault == NOT_FINITE and before is not None and np.isfinite(before).all():
         way = next(filter(None, (without_length(robot, _after(before, share * period)) for share in AHEAD)), "")
         cause = f"; {FAULTS[NO_LENGTH]} along the motion of the platform{way}" if way else ""
-        if not cause and (empty := emptied(robot, lengths(robot, before))):
+        if not cause and (empty := emptied(robot, lengths(robot, before) * (1.0 + PAID_OUT))):
             cause = f"; {empty}"
         return f"{FAULTS[fault]}{cause} (the sample before: {_brief(before)})"
     whose = {NO_LENGTH: robot, NO_LENGTH_NOMINAL: perceived}.get(fault)

@@ -6,8 +6,8 @@ coordinates and the gains G of the sensors. With measurements that are d control
 
     x[k + 1] = A0 x[k] + F G C x[k - l(k)],  l(k) = d + (k - d) mod N,
 
-which is periodic (Francis and Georgiou, 1988, IEEE Trans. Automatic Control 33(9)): the matrix of a whole period has
-the states x[k], C x[k - 1], C x[k - 2], ...
+which is periodic (Francis and Georgiou, 1988, IEEE Trans. Automatic Control 33(9)). The matrix of a whole period has
+the state x[k] and those measurements C x[k - N], C x[k - 2 N], ... that are used later: d / N of them, rounded up.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cdpr.model.robot import Array
 from cdpr.model.rotations import matrix
@@ -31,8 +32,8 @@ if TYPE_CHECKING:
     from cdpr.simulation.loop import Loop
 
 BIAS = 1  # place in a row of errors
-MOST_WAITING = 600  # states of measurements that are on their way
-LONGEST = 100  # control steps in the common period of pose and twist
+MOST_WAITING = 240  # values of measurements that are used later; the poles of more take seconds
+LONGEST = 100  # control steps in the common period of pose and twist; most modes end within longer ones
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,37 +84,56 @@ class LateMeasurements:
             raise NotLinearisedError(
                 "the measurements are late, and the controller has a period of several control steps"
             )
-        span, kept = math.lcm(*self.every), len(self.gain)
-        lags = max(d + n - 1 for d, n in zip(self.delay, self.every, strict=True))
+        span, waiting = math.lcm(*self.every), self.waiting
+        held = np.concatenate([np.tile(part, count) for part, count in zip(self._parts, waiting, strict=True)])
         sides = loop.A + loop.corners, loop.A - loop.corners
-        (up, B), (down, _) = (self._whole(loop, A, F, span, lags) for A in sides)
-        names = (*loop.names, *["controller"] * (kept * lags))
-        scale, rest = (np.concatenate([each, np.tile(each[:kept], lags)]) for each in (loop.scale, loop.rest))
+        (up, B), (down, _) = (self._whole(loop, A, F, span) for A in sides)
+        names = (*loop.names, *["controller"] * len(held))
+        scale, rest = (np.concatenate([each, each[held]]) for each in (loop.scale, loop.rest))
         period = span * loop.period
         A, corners = 0.5 * (up + down), 0.5 * (up - down)
-        return replace(loop, A=A, corners=corners, B=B, names=names, scale=scale, rest=rest, period=period)
+        late = max(self.every) * self.control_step
+        return replace(
+            loop, A=A, corners=corners, B=B, names=names, scale=scale, rest=rest, period=period, seen_every=late
+        )
 
-    def _whole(self, loop: Linearised, A: Array, F: Array, span: int, lags: int) -> tuple[Array, Array]:
+    @property
+    def waiting(self) -> tuple[int, int]:
+        """Numbers of measurements of pose and twist before the start of a period that are used later."""
+        first, second = (-(-d // n) for d, n in zip(self.delay, self.every, strict=True))
+        return first, second
+
+    @property
+    def _parts(self) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        n = len(self.rows)
+        return np.arange(n), np.arange(n, 2 * n)
+
+    def _whole(self, loop: Linearised, A: Array, F: Array, span: int) -> tuple[Array, Array]:
         """Return the derivatives of the state after a common period by the state and by the desired pose."""
-        k, kept, n = len(A), len(self.gain), len(self.rows)
-        pose, size = slice(0, n), k + kept * lags
-        by_seen = F * self.gain
-        own = A.copy()
-        own[:, :kept] -= by_seen
-        whole, response = np.eye(size), np.zeros((size, loop.B.shape[1]))
-        for phase in range(span):
-            step = np.zeros((size, size))
-            step[:k, :k] = own
-            for i, part in enumerate((pose, slice(n, kept))):
-                lag = self.delay[i] + (phase - self.delay[i]) % self.every[i]
-                first = 0 if lag == 0 else k + kept * (lag - 1)
-                step[:k, first + part.start : first + part.stop] += by_seen[:, part]
-            for lag in range(lags):
-                first = 0 if lag == 0 else k + kept * (lag - 1)
-                step[k + kept * lag : k + kept * (lag + 1), first : first + kept] = np.eye(kept)
-            whole, response = step @ whole, step @ response
-            response[:k] += loop.B
-        return whole, response
+        k, parts, waiting = len(A), self._parts, self.waiting
+        own, by_seen = A.copy(), F * self.gain
+        own[:, : len(self.gain)] -= by_seen
+        size = k + sum(len(part) * count for part, count in zip(parts, waiting, strict=True))
+        unit = np.eye(size, size + loop.B.shape[1])  # columns: of the state, and of the desired pose
+        now, first = unit[:k], k
+        measured: tuple[dict[int, Array], ...] = {}, {}  # by the number of the sample
+        for found, part, count, every in zip(measured, parts, waiting, self.every, strict=True):
+            for j in range(1, count + 1):
+                found[-every * j] = unit[first : first + len(part)]
+                first += len(part)
+        for sample in range(span):
+            after = own @ now
+            for found, part, delay, every in zip(measured, parts, self.delay, self.every, strict=True):
+                if sample % every == 0:
+                    found[sample] = now[part]
+                after += by_seen[:, part] @ found[(sample - delay) // every * every]
+            after[:, size:] += loop.B
+            now = after
+        rows = [now]
+        for found, count, every in zip(measured, waiting, self.every, strict=True):
+            rows += [found[span - every * j] for j in range(1, count + 1)]
+        whole = np.vstack(rows)
+        return whole[:, :size], whole[:, size:]
 
 
 def late_measurements(scenario: Scenario) -> LateMeasurements | None:
@@ -128,15 +148,20 @@ def late_measurements(scenario: Scenario) -> LateMeasurements | None:
     every = [max(1, round(sensor.period / step)) for sensor in found]
     if not any(delay) and all(each == 1 for each in every):
         return None
-    lags = max(d + n - 1 for d, n in zip(delay, every, strict=True))
-    if 2 * robot.n * lags > MOST_WAITING or math.lcm(*every) > LONGEST:
+    gains = np.array([[row[0] for row in sensor.errors(robot.m)] for sensor in found])[:, list(robot.rows)].ravel()
+    late = LateMeasurements((delay[0], delay[1]), (every[0], every[1]), gains, tuple(robot.rows), step)
+    values, repeat = robot.n * sum(late.waiting), math.lcm(*every)
+    if values > MOST_WAITING:
         raise NotLinearisedError(
-            f"up to {lags} control steps lie between a measurement and its use, and the measurements of pose and twist "
-            f"repeat after {math.lcm(*every)}: expected at most {MOST_WAITING // (2 * robot.n)} and {LONGEST}"
+            f"up to {max(late.waiting)} measurements of a sensor are on their way to the controller: expected at most "
+            f"{MOST_WAITING // robot.n} of pose and twist together"
         )
-    gain = np.array([[row[0] for row in sensor.errors(robot.m)] for sensor in found])
-    about = gain[:, list(robot.rows)].ravel(), tuple(robot.rows), step
-    return LateMeasurements((delay[0], delay[1]), (every[0], every[1]), *about)
+    if repeat > LONGEST:
+        raise NotLinearisedError(
+            f"the measurements of pose and twist repeat after {repeat} control steps: expected at most {LONGEST}, such "
+            "as with equal periods"
+        )
+    return late
 
 
 def ignored_errors(scenario: Scenario) -> tuple[str, ...]:

@@ -21,9 +21,10 @@ class Linearised:
             also for commands that wait in drives.
         scale: (k,), scales.
         rest: (k,), state of rest; of the platform relative to the desired pose.
-        period: time between two calls of the controller [s].
+        period: time after which the map repeats [s]: between two calls of the controller, or longer with measurements.
         physics_step: [s].
         notes: facts that limit its validity.
+        seen_every: longest time between two measurements that the controller uses [s]; 0 if it sees the state itself.
     """
 
     A: Array
@@ -36,3 +37,4 @@ class Linearised:
     period: float
     physics_step: float
     notes: tuple[str, ...]
+    seen_every: float = 0.0

@@ -57,7 +57,7 @@ class Linearisation:
     """
 
     def __init__(self, scenario: Scenario) -> None:
-        self._scenario, self._late = scenario, late_measurements(scenario)
+        self._scenario = scenario
         self._opened = ExitStack()
         self._loop: Loop | None = None
         self._held = scenario
@@ -70,11 +70,11 @@ class Linearisation:
 
     def at(self, pose: Array, *, response: bool = False) -> Linearised:
         """Linearise about the state of rest near a pose, with the arguments and errors of `linearise`."""
-        held = held_scenario(self._scenario, pose)
+        held, late = held_scenario(self._scenario, pose), late_measurements(self._scenario)
         try:
             loop = self._loop_of(held)
             loop.warm_up(held.initial.state())
-            found = _Period(loop, held, self._late).linearised(response)
+            found = _Period(loop, held, late).linearised(response)
             small = (SMALL,) if has_steppers(self._scenario.robot) else ()
             return replace(found, notes=(*found.notes, *small, *ignored_errors(self._scenario)))
         except CdprError:

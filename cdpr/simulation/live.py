@@ -201,8 +201,8 @@ class Interventions(ABC):
     def bump_sensor(
         self,
         sensor: str,
-        position: ArrayLike = (0.0, 0.0, 0.0),
-        rotation: ArrayLike = (0.0, 0.0, 0.0),
+        position: ArrayLike | None = None,
+        rotation: ArrayLike | None = None,
         *,
         bias: float | Sequence[float] | None = None,
         quantity: str | None = None,
@@ -211,17 +211,14 @@ class Interventions(ABC):
 
         Args:
             sensor: name of the sensor.
-            position: (3,) movement of the mount, m, axes of the body that carries it.
+            position: (3,) movement of the mount, m, axes of the body that carries it; by default none.
             rotation: (3,) rotation vector of the mount about its place, rad, likewise.
             bias: what is added to the bias of a quantity, in its unit: one value, or one for each component.
             quantity: key of this quantity, by default the first one of the sensor.
         """
-        keys = {"position": _vector(position, "bump_sensor: position"), "bias": bias, "quantity": quantity}
-        return self._do(
-            "bump_sensor",
-            SensorBump,
-            {"sensor": sensor, **keys, "rotation": _vector(rotation, "bump_sensor: rotation")},
-        )
+        vectors = {"position": position, "rotation": rotation}
+        keys = {key: _vector(each, f"bump_sensor: {key}") for key, each in vectors.items() if each is not None}
+        return self._do("bump_sensor", SensorBump, {"sensor": sensor, **keys, "bias": bias, "quantity": quantity})
 
     def limits(
         self, min: float | None = None, max: float | None = None, *, cable: Cable | None = None

@@ -17,6 +17,7 @@ from cdpr.model.robot import Array
 from cdpr.scenario import Scenario
 from cdpr.simulation.build import check_cables
 from cdpr.simulation.columns import chosen_plugins
+from cdpr.simulation.estimation import estimator_of
 from cdpr.simulation.linear_map import Linearised
 from cdpr.simulation.linearised import Linearisation, linearise
 from cdpr.simulation.poles import (
@@ -58,6 +59,8 @@ def loop_problems(scenario: Scenario) -> tuple[str, list[tuple[Path, str]]]:
     """
     found = dict(_steps_along_motion(scenario))
     known = STABLE
+    if estimator_of(scenario) is not None:  # the loop has no linearisation, but drives are slow with any estimator
+        found.update(_slow_with_true_state(scenario))
     with Linearisation(scenario) as linearisation:
         for where, pose in rest_poses(scenario).items():
             try:
@@ -78,9 +81,10 @@ def loop_problems(scenario: Scenario) -> tuple[str, list[tuple[Path, str]]]:
 
 def _problems(scenario: Scenario, pose: Array, where: str, loop: Linearised, here: str) -> Iterator[tuple[Path, str]]:
     """Yield the problems of a loop with a verdict at a pose, with their keys."""
-    modes = poles(loop)
+    doubtful = here in (UNSTABLE, UNDECIDED)
+    modes = poles(loop) if doubtful or not loop.seen_every else []  # slow with measurements, which need no more
     worst = modes[0] if modes else None
-    if worst is not None and worst.value.real > 0.0 and here in (UNSTABLE, UNDECIDED):
+    if worst is not None and worst.value.real > 0.0 and doubtful:
         be = "is" if here == UNSTABLE else "may be"
         mode = f"{_growth(worst.value)} and moves {', '.join(worst.moves)}"
         yield (
@@ -90,6 +94,25 @@ def _problems(scenario: Scenario, pose: Array, where: str, loop: Linearised, her
     yield from sampling(loop, scenario, modes)
     if here == STABLE and (text := _slowness(scenario, loop)):
         yield ("controller",), f"{text} at the {where}: {SLOW_REMEDIES}"
+
+
+def _slow_with_true_state(scenario: Scenario) -> Iterator[tuple[Path, str]]:
+    """Yield the warning of slow drives for the loop without estimator and sensors."""
+    if not takes_lengths(scenario.robot):
+        return
+    try:
+        direct = scenario.replace(estimator=None, sensors=None, events=None)
+        with Linearisation(direct) as linearisation:
+            for where, pose in rest_poses(scenario).items():
+                loop = linearisation.at(pose, response=True)
+                if verdict(loop) == STABLE and (text := _slowness(direct, loop)):
+                    yield (
+                        ("controller",),
+                        f"{text} at the {where}, with the true state instead of the estimate: {SLOW_REMEDIES}",
+                    )
+                    return
+    except CdprError:
+        return  # `loop_problems` states why the loop has no linearisation
 
 
 def _slowness(scenario: Scenario, loop: Linearised) -> str:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from cdpr.base.errors import CdprError
 from cdpr.base.problems import Path
@@ -23,6 +24,7 @@ from cdpr.simulation.columns import chosen_plugins
 from cdpr.simulation.linear_map import Linearised
 from cdpr.simulation.linearised import linearise
 from cdpr.simulation.resting_start import has_feedback
+from cdpr.simulation.sensors import seen_sensors
 
 # Multiple eigenvalues, as those of critical damping, are known only to the root of the error of the derivatives.
 RESOLVED = 1e-5  # of |z|: smaller growth and decay are not resolved
@@ -104,7 +106,8 @@ def verdict(loop: Linearised) -> str:
 
     Where the derivatives to both sides differ, a verdict other than `UNDECIDED` holds for both and for their mean.
     """
-    found = {_verdict(A) for A in ([loop.A, loop.A + loop.corners, loop.A - loop.corners])}
+    sides = [loop.A, loop.A + loop.corners, loop.A - loop.corners] if loop.corners.any() else [loop.A]
+    found = {_verdict(A) for A in sides}
     return found.pop() if len(found) == 1 else UNDECIDED
 
 
@@ -120,7 +123,7 @@ def bandwidths(loop: Linearised) -> list[float | None]:
     acceleration of zero, is 3 dB below that at rest. It is None if the loop does not follow, or follows up to half of
     the rate of control.
     """
-    k, n = loop.B.shape
+    n = loop.B.shape[1]
     z = np.linalg.eigvals(loop.A).astype(complex)
     decaying = np.log(z[(np.abs(z) > ENDED) & (np.abs(z) < 1.0)]) / loop.period
     slowest = float(np.abs(decaying).min(initial=np.inf)) if len(decaying) else 0.0
@@ -129,9 +132,13 @@ def bandwidths(loop: Linearised) -> list[float | None]:
         return [None] * n
     grid = np.geomspace(min(1e-3 * slowest, 1e-2 * top), top, GRID)
 
+    own, source, late = _without_delays(loop)
+    reduced = (source[:, None] == own).astype(complex)
+
     def gains(frequencies: Array) -> Array:
-        z = np.exp(1j * frequencies * loop.period)
-        found = np.linalg.solve(z[:, None, None] * np.eye(k) - loop.A, loop.B[None].astype(complex))
+        z = np.exp(1j * frequencies * loop.period)[:, None, None]
+        mapped = (loop.A[own] * z ** -late[None, None, :]) @ reduced
+        found = np.linalg.solve(z * np.eye(len(own)) - mapped, loop.B[own][None].astype(complex))
         return np.abs(found[:, np.arange(n), np.arange(n)]) * loop.scale[:n]
 
     found: list[float | None] = []
@@ -148,6 +155,25 @@ def bandwidths(loop: Linearised) -> list[float | None]:
             low, high = (low, middle) if gains(np.array([middle]))[0, i] < least else (middle, high)
         found.append(low / (2.0 * math.pi))
     return found
+
+
+def _without_delays(loop: Linearised) -> tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]:
+    """Return the coordinates that are no delayed copies, and for each coordinate its source and its delay in periods.
+
+    A row of zeros with a single 1 copies another coordinate, as those of measurements and commands that wait.
+    """
+    A, n = loop.A, loop.B.shape[1]
+    source, late = np.arange(len(A)), np.zeros(len(A), dtype=int)
+    single = (np.count_nonzero(A, axis=1) == 1) & (A.max(axis=1) == 1.0) & ~loop.B.any(axis=1)
+    copies = n + np.flatnonzero(single[n:])  # the first ones are those of the response
+    before = dict(zip(copies.tolist(), A[copies].argmax(axis=1).tolist(), strict=True))
+    for start in before:
+        at, passed = start, 0
+        while at in before and passed <= len(before):
+            at, passed = before[at], passed + 1
+        if passed <= len(before):  # else a cycle
+            source[start], late[start] = at, passed
+    return np.flatnonzero(late == 0), source, late
 
 
 def plant_poles(loop: Linearised) -> Array:
@@ -192,14 +218,14 @@ def closed_loop(scenario: Scenario, pose: Array) -> dict[str, Any]:
 
 
 def sampling(loop: Linearised, scenario: Scenario, found_poles: list[Pole]) -> list[tuple[Path, str]]:
-    """Return problems of the control step and of the physics step, with the keys that they concern.
+    """Return problems of the control step, of periods of sensors, and of the physics step, with their keys.
 
     `found_poles` are those of the loop.
     """
     found: list[tuple[Path, str]] = []
-    step = loop.period
-    # Commands that wait in drives with a delay have fast modes of their own.
-    modes = [] if _delayed(scenario) else found_poles
+    step, key = _sampled(loop, scenario)
+    # Commands that wait in drives with a delay, and measurements that are late or held, have fast modes of their own.
+    modes = [] if _delayed(scenario) or loop.seen_every else found_poles
     fast = [pole for pole in modes if abs(pole.z) > LASTS and pole.value.imag > 0.0]
     inside = plant_poles(loop)
     if has_feedback(chosen_plugins(scenario)["controller"]):
@@ -215,7 +241,7 @@ def sampling(loop: Linearised, scenario: Scenario, found_poles: list[Pole]) -> l
                 f"{step:g} s samples a vibration of {seen.imag / (2.0 * math.pi):.4g} Hz ({pole_text(seen)}) {often} "
                 f"in a period: expected at most {2.0 * math.pi / FEWEST / seen.imag:.2g} s, or {remedy}{limited}"
             )
-            found.append((CONTROL_STEP, text))
+            found.append((key, text))
     quickest = max(inside, key=abs, default=0.0)
     if abs(quickest) * loop.physics_step > 1.0:
         text = (
@@ -225,6 +251,18 @@ def sampling(loop: Linearised, scenario: Scenario, found_poles: list[Pole]) -> l
         )
         found.append((PHYSICS_STEP, text))
     return found
+
+
+def _sampled(loop: Linearised, scenario: Scenario) -> tuple[float, Path]:
+    """Return the longest time [s] for which the controller sees or commands nothing new, and its key."""
+    if not loop.seen_every:
+        return loop.period, CONTROL_STEP
+    step = scenario.simulation.control_step  # measurements are linearised for controllers that run in each step
+    if loop.seen_every <= step:
+        return step, CONTROL_STEP
+    slowest = max(seen_sensors(scenario).values(), key=lambda sensor: sensor.period)
+    places = [sensor.title for sensor in scenario.sections.sensors]
+    return loop.seen_every, ("sensors", places.index(slowest.title), "period")
 
 
 def _limiting(scenario: Scenario, step: float) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
@@ -24,6 +25,7 @@ from cdpr.base.errors import (
     SolverFailed,
     one_line,
 )
+from cdpr.link.waiting import report_line
 from cdpr.log.clearance_rows import add_rows
 from cdpr.log.event import Event
 from cdpr.log.header import Header
@@ -229,14 +231,30 @@ class Runner:
         self._images = ImageWriter(self.folder.path / IMAGES_NAME, self.header)
 
     def _close_images(self) -> None:
-        """Wait for the last images, and complete their file."""
-        if self._images is not None:
-            try:
-                self._images.close()
-            except CdprError:
-                self._images = None
-                raise
+        """Wait for the last images, and complete their file; an interrupt skips them."""
+        if self._images is None:
+            return
+        assert self.run is not None
+        assert self.folder is not None
+        try:
+            skipped = self._images.close(partial(self._report_images, self.folder.path))
+        except CdprError as error:
             self._images = None
+            self._add_warning(str(error))
+            raise
+        self._images = None
+        if skipped:
+            self._add_warning(f"{_images(skipped)} not rendered: `cdpr repair {self.folder.path}` renders them")
+
+    def _report_images(self, folder: Path, count: int) -> None:
+        again = "again " if self.run is not None and self.run.status == "interrupted" else ""
+        report_line(
+            f"writing {_images(count)}; Ctrl-C {again}skips them, and `cdpr repair {folder}` renders them later"
+        )
+
+    def _add_warning(self, text: str) -> None:
+        assert self.run is not None
+        self.run = replace(self.run, events=(*self.run.events, Event(self._time, "warning", text)))
 
     def _finished(
         self, error: BaseException | None, *, closing: bool = True, going_on: bool = False
@@ -360,6 +378,10 @@ class Runner:
         levels = [Level(one.clearance, one.after) for _, one in guarding(self.parts.events, self.header.control_step)]
         among = clearance(robot, self.scenario.obstacles, gravity=self.header.gravity)
         return Closest(among, self.header.broken, levels)
+
+
+def _images(count: int) -> str:
+    return f"{count} image{'s' * (count != 1)}"
 
 
 def _origin(error: BaseException, scenario: Scenario) -> str:

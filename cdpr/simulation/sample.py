@@ -251,6 +251,8 @@ class Sample:
         applied = self.view("drive_command") if self.layout.has("driven") else self.view("winch_command")
         lengths = np.array([each == "length" for each in commands_of(robot)])
         unwound = np.where(lengths & ~(applied > 0.0), applied, self.view("unstretched_length"))
+        if self.layout.has("steppers"):  # whose plant has not started before their first steps
+            unwound = np.where(np.isfinite(unwound), unwound, self.view("counted_length"))
         for i in np.flatnonzero(unwound <= 0.0)[:1].tolist():
             return (
                 f"cable '{robot.cables[i].name}': its unwound length is {unwound[i]:.4g} m, expected more than 0: "

@@ -91,10 +91,14 @@ def check_step(about: Circumstances, step: float, *, fourth_order: bool) -> None
             "inertia, drum_radius and coulomb_speed of the winches and friction_speed of the pulleys, or lower "
             f"stiffness, damping, friction and gains{culprit}"
         )
+    swinging = (
+        f"they swing with up to {found.fastest:.4g} rad/s (step * omega = {step * found.fastest:.3g}), and damping, "
+        "friction and gains require short steps, too"
+    )
     raise StepTooLongError(
         f"{key} {step:g} s is too long for these cables and winches, and {plant} would diverge: at the initial pose "
-        f"they swing with up to {found.fastest:.4g} rad/s (step * omega = {step * found.fastest:.3g}), and damping, "
-        f"friction and gains require short steps, too; it is stable up to {limit:g} s{culprit}"
+        f"{swinging if found.fastest > 0.0 else 'damping and friction require short steps'}; it is stable up to "
+        f"{limit:g} s{culprit}"
     )
 
 

@@ -90,9 +90,11 @@ def winches_pull_as_reported(subject: BackendSubject) -> None:
 def winches_wind_as_commanded(subject: BackendSubject) -> None:
     """Winches that take lengths or rates unwind as commanded.
 
-    The first command of a winch is the unwound length at its start: before it, the reported length is NaN. Then an
-    ideal drive has exactly the commanded rate. A position servo stays at a constant length. The tensions are those of
-    the stretched cables. Skipped if the backend does not declare `winch_commands` in its property `features`.
+    After `reset`, the plant does not know the unwound lengths yet, and reports NaN for them. The first command of each
+    winch is its unwound length at the start. Later commands are lengths or rates, depending on the winch. An ideal
+    drive must unwind exactly at the commanded rate, and a position servo must hold a constant commanded length. The
+    tensions must follow from the stretch of the cables. Skipped if the backend does not declare `winch_commands` in its
+    property `features`.
     """
     features = subject.properties.get("features", ())
     needs(isinstance(features, tuple | list) and "winch_commands" in features, "it does not declare winch_commands")

@@ -271,8 +271,8 @@ def directions_are_equal(subject: ControllerSubject) -> None:
     """The controller works in the same way in all directions.
 
     The kit applies one rotation to the robot, the motion and gravity. An output wrench must rotate in the same way.
-    Output commands must not change. Skipped if the controller declares `isotropic: false`, or `sensors` whose mounts do
-    not rotate.
+    Output commands must not change. Skipped if the controller declares `isotropic: false`, or if its `sensors` contain
+    `markers`: their camera is fixed in the world, so the kit cannot rotate it.
     """
     needs(subject.properties.get("isotropic", True), "it declares isotropic: false")
     needs(not MOUNTED & set(subject.properties.get("sensors", ())), "its sensors are mounted in the world")
@@ -304,9 +304,10 @@ def _turned_robot(robot: Robot, R: Array) -> Robot:
 def nan_shows(subject: ControllerSubject) -> None:
     """If the state contains NaN, the output contains NaN or infinity, or the controller raises an error.
 
-    If the controller declares `sensors`, this also applies to NaN in their measurements. For an inner loop, the output
-    is the tensions. If the measurements show the pose, as markers do, the kit does not test NaN in the state. Skipped
-    if the controller declares `feedback: false`.
+    If the controller declares `sensors`, the same is required for NaN in their measurements. In this part of the check,
+    the output includes the tensions of the method `inner_loop`. A controller that declares the sensor `markers` can
+    ignore the state, so the kit tests only NaN in its measurements. Skipped if the controller declares
+    `feedback: false`.
     """
     _needs_feedback(subject)
     _nan_measurements_show(subject)

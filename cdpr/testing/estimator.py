@@ -90,7 +90,8 @@ def late_measurements_are_used(subject: EstimatorSubject) -> str:
 def cable_breaks(subject: EstimatorSubject) -> str:
     """If a cable breaks, the estimate stays within 2 cm of the true position.
 
-    The command of the cable and its limits become 0 after 50 ms.
+    The tension of the broken cable is 0 at once. Its command and its tension limits become 0 only 50 ms after the
+    break.
     """
     of = motion(breaks=True)
     found = subject.run(Measuring(of, subject.sensors(), known_from=KNOWN))
@@ -128,9 +129,9 @@ def snapshot_restores(subject: EstimatorSubject) -> None:
 
 
 def compiled_operations_agree(subject: EstimatorSubject) -> None:
-    """The compiled operations write the same bits as `estimate`.
+    """The compiled operations and the method `estimate` compute identical estimates.
 
-    Skipped if it has none.
+    Skipped if the estimator has no compiled operations.
     """
     measuring, out = Measuring(motion(breaks=False), subject.sensors(noise=NOISE)), np.full(13, np.nan)
     estimator = subject.make(measuring)
@@ -145,7 +146,7 @@ def compiled_operations_agree(subject: EstimatorSubject) -> None:
 
 
 def covariance_is_valid(subject: EstimatorSubject) -> str:
-    """The covariance stays symmetric and positive semidefinite. The attribute stays the same array.
+    """The covariance stays symmetric and positive semidefinite. `covariance` remains the same array during the run.
 
     Skipped if the estimator provides none.
     """
@@ -169,7 +170,9 @@ def covariance_is_valid(subject: EstimatorSubject) -> str:
 def innovation_is_consistent(subject: EstimatorSubject) -> str:
     """If sensors have their declared noise, the mean normalised innovation squared per value is between 0.5 and 2.
 
-    It is NaN at samples without measurements, and `nis_size` is 0 there. Skipped if the estimator provides none.
+    The attribute `nis` contains the normalised innovation squared of a sample, and `nis_size` the number of measured
+    values in it. The mean per value is the sum of `nis` divided by the sum of `nis_size`. At samples without
+    measurements, `nis` is NaN and `nis_size` is 0. Skipped if the estimator does not provide these attributes.
     """
     measuring = Measuring(motion(breaks=False), subject.sensors(noise=NOISE, period=2 * STEP))
     estimator, out = subject.make(measuring), np.full(13, np.nan)

@@ -11,7 +11,11 @@ from cdpr.base.fields import MAX_MAGNITUDE, NonNegative, Positive, unit
 from cdpr.plugins import Column, PluginInfo, PluginOptions, hookimpl
 
 RESIDUAL = Column(
-    "fit_residual", 1, "m", "Norm of the differences between the measured lengths and those of the fitted pose"
+    "fit_residual",
+    1,
+    "m",
+    "Norm of the differences between the measured lengths and those of the fitted pose; NaN if no pose fits, 0 without "
+    "a fit",
 )
 
 
@@ -92,7 +96,7 @@ def cdpr_estimators() -> list[PluginInfo]:
             name="forward_kinematics",
             factory="cdpr_controllers.estimators.forward_kinematics:ForwardKinematics",
             summary="pose from the encoders by forward kinematics, velocities by differences, filtered on request",
-            properties={"sensors": ("encoders",), "unused_errors": UNUSED},
+            properties={"sensors": ("encoders",), "chord_lengths": True, "unused_errors": UNUSED},
             options=ForwardKinematicsOptions,
             columns=(RESIDUAL,),
         ),
@@ -100,8 +104,9 @@ def cdpr_estimators() -> list[PluginInfo]:
             name="complementary",
             factory="cdpr_controllers.estimators.complementary:Complementary",
             summary="integrated IMU, corrected by a measured pose or by forward kinematics (Mahony et al. 2008)",
-            properties={"sensors": ("imu", "encoders"), "unused_errors": UNUSED},
+            properties={"sensors": ("imu", "encoders"), "chord_lengths": ("pose",), "unused_errors": UNUSED},
             options=ComplementaryOptions,
+            columns=(RESIDUAL,),
         ),
         PluginInfo(
             name="ekf",

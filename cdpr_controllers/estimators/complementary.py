@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -70,8 +70,12 @@ class Complementary(CompiledEstimator):
                 f"period of {period:g} s of sensor '{self._corrector.title}', got {gains['bias_gain']:g}"
             )
         self._gains, self._gravity = np.array(list(gains.values())), np.array(gravity, dtype=np.float64)
-        self._memory = np.zeros(18)
+        self._memory, self._residual = np.zeros(18), np.zeros(1)
         self.arrays = (self._memory, *(self._fit.arrays if self._fit else ()))
+
+    def log(self, columns: Mapping[str, Array]) -> None:
+        """Write the residual of the fit into its column; 0 without a fit."""
+        self._residual = columns["fit_residual"]
 
     def compiled(self, out: Array) -> list[Any]:
         """Return the fit of the pose, if it is not measured, and the filter."""
@@ -93,4 +97,7 @@ class Complementary(CompiledEstimator):
             memory=self._memory,
             estimate=out,
         )
-        return [*([fit.bound(self._start)] if fit else []), filtering]
+        if fit is None:
+            return [bind("copy", source=np.zeros(1), target=self._residual), filtering]
+        fit.residual = self._residual
+        return [fit.bound(self._start), filtering]

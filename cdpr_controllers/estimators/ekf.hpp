@@ -159,18 +159,17 @@ template <class T> inline T store_measurement(const KalmanFilter<T>& p, T now, i
     const RingRow<T> taken = p.step(now - late);
     const int64_t *row = p.sensor(i), place = row[SensorRow::VALUES];
     taken.put(p.of_use() + i, ARRIVED, stored);
-    for (int64_t j = 0; j < row[SensorRow::COUNT]; j++)
-        taken.put(p.of_values() + place + j, p.values[place + j], stored);
+    taken.write(p.of_values() + place, row[SensorRow::COUNT], p.values + place, stored);
     const T ago = select(stored, late, zero);
     if (row[SensorRow::KIND] != LOAD_CELLS) return ago;
     const Truth<T> acts = stored & (now - late > zero);  // no tensions act before the start
     const T change = change_in_hold(p, now - late, late, p.values + place);
     for (int64_t before = int64_t(largest(ago)); before >= 0; before--) {
         const RingRow<T> at = p.step(now - T(double(before)));
-        for (int64_t j = 0; j < p.platform.m; j++)
-            at.put(KalmanFilter<T>::TENSION + j, p.values[place + j], acts & (ago >= T(double(before))));
-        at.put(p.of_change(), change, acts & (ago >= T(double(before))));
-        at.put(p.of_keeps(), T(1.0), acts & (ago >= T(double(before))));
+        const Truth<T> held = acts & (ago >= T(double(before)));
+        at.write(KalmanFilter<T>::TENSION, p.platform.m, p.values + place, held);
+        at.put(p.of_change(), change, held);
+        at.put(p.of_keeps(), T(1.0), held);
     }
     // From the step that ends with the first tensions that change.
     const T gap = interpolate_tensions(p, now - late, late, i, change, acts);

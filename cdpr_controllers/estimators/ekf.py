@@ -43,7 +43,8 @@ class Ekf(SnapshotOfArrays, Estimator):
     - imu: the turn rate. The specific force is that of the model, except for the unknown wrench.
     - tension: in place of the commands, if winches take lengths or rates. Without load cells, such a platform is
       assumed to keep its velocity, with much noise, and encoders on cables that stretch are rejected. Encoders of
-      cables whose measured tension is within three standard deviations of 0 are not used.
+      cables whose measured tension is within three standard deviations of 0 are not used. The errors of tension and
+      stretch are further states: ekf_tension_errors.py.
     - range, scan: not used, as the nominal robot contains no map of the obstacles.
 
     The noise of a sensor follows from its nominal noise and resolution. Measurements with a delay are used at the time

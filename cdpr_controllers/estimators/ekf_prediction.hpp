@@ -3,6 +3,7 @@
 
 #include <cdpr/cables/chain.hpp>
 #include <cdpr/mechanics/geometry.hpp>
+#include <cdpr/mechanics/inverse_dynamics.hpp>
 #include <cdpr/mechanics/platform_acceleration.hpp>
 #include <cdpr/strip.hpp>
 #include <cdpr_controllers/estimators/ekf_tension_errors.hpp>
@@ -194,14 +195,11 @@ template <class T> inline void write_wrench(const FilteredPlatform<T>& p, const 
     T stiffness[6][6], inertia[9];
     rotate_block(axes, p.inertial + Inertial<T>::INERTIA, 3, inertia);
     const Vector<T> momentum = product(inertia, spin);
-    // Minus inverse_dynamics.hpp at zero accelerations, with the inertia in world axes, which the derivatives need,
-    // too.
-    const Vector<T> inertial = body.mass() * (vector(p.gravity) - cross(spin, turning));
-    const Wrench<T> own = {inertial, cross(r, inertial) - cross(spin, momentum)};
-    store(own, wrench);
+    // at zero accelerations; the derivatives need the inertia in world axes, too
+    store(inverse_dynamics(body.mass(), vector(p.gravity), r, cross(spin, turning), cross(spin, momentum)), wrench);
     for (int j = 0; j < 6; j++) {
         const T* row = p.matrix + j * p.m;
-        wrench[j] = sum(wrench[j], 0, p.m, [&](int64_t i) { return row[i] * tension[i]; });
+        wrench[j] = sum(-wrench[j], 0, p.m, [&](int64_t i) { return row[i] * tension[i]; });
     }
     write_stiffness(p, tension, q, r, body.mass() * vector(p.gravity), stiffness);
     for (int j = 0; j < 6; j++) {

@@ -107,7 +107,7 @@ def test_curves_upon_one_another_are_all_seen(count, open_page, tmp_path):
     (tmp_path / "figure.html").write_text(figure.markup("label", both=False))
     shown = open_page((tmp_path / "figure.html").as_uri(), ready="() => true", device_scale_factor=100 / 72)
     box = shown.locator("svg svg").first.bounding_box()  # not the legend
-    image = np.reshape(pixels(shown, box), (-1, 3))
+    image = pixels(shown, box)
     for colour in CABLES[:count]:
         seen = np.count_nonzero(np.abs(image - rgb(colour)).max(axis=1) < SAME)
         assert seen > SEEN, colour

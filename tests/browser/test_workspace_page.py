@@ -36,7 +36,7 @@ def page(open_page, found, robot, tmp_path, request):
 def seen(page):
     """The scene's pixels, (n, 3)."""
     box = page.locator("canvas").first.bounding_box()
-    return np.array(pixels(page, box)).reshape(-1, 3)
+    return pixels(page, box)
 
 
 @pytest.mark.parametrize("page", [{"color_scheme": "dark"}], indirect=True)

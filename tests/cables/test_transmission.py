@@ -184,6 +184,13 @@ def test_equilibria_of_drum_angles():
         cdpr.equilibrium(robot, drum_angles=[-1e6] * 4)
 
 
+def test_a_drum_that_is_empty_after_the_smallest_motion_is_named():
+    """At the start, the length is that of the home pose, at which the drum has its radius."""
+    changes = {"robot.winch.drum_growth": 1e9, "simulation.duration": 0.1}
+    with pytest.raises(SimulationStopped, match=r"the state is not finite; cable 'cable_1': its drum is empty"):
+        cdpr.simulate("winch", overrides=changes)
+
+
 @pytest.mark.parametrize("model", ["elastic", "rigid"])
 def test_an_empty_drum_ends_the_run_with_its_name(model):
     with pytest.raises(SimulationStopped, match=r"cable 'cable_1': its drum is empty at a length of"):

@@ -12,6 +12,7 @@ from scipy.spatial.transform import Rotation
 
 import cdpr
 from cdpr.mechanics.forward_kinematics import forward_kinematics
+from cdpr.ui.report.text.reservations import reservations
 
 CAROCA = str(ROOT / "scenarios" / "caroca.yaml")
 COGIRO = str(ROOT / "scenarios" / "cogiro_pulleys.yaml")
@@ -87,11 +88,31 @@ def test_exact_lengths_give_the_exact_pose(scenario):
     assert np.abs(found["estimated_orientation"] - found.orientation).max() < FIT
 
 
+NEGATIVE = {"type": "encoders", "length": {"bias": -20.0}}
+
+
 def test_a_fit_that_fails_holds_the_pose():
     """Negative lengths fit no pose: their least squares have no minimum with a short last step."""
-    found = run([{"type": "encoders", "length": {"bias": -20.0}}], {"type": "forward_kinematics"})
+    found = run([NEGATIVE], {"type": "forward_kinematics"})
     assert np.isnan(found["fit_residual"]).all()
     assert (found["estimated_position"] == found.position[0]).all()
+
+
+@pytest.mark.parametrize("kind", ["forward_kinematics", "complementary"])
+def test_a_run_states_at_how_many_samples_no_pose_fits(kind):
+    """Whether all rows are in the log or a few of them."""
+    for more in ({}, {"log.step": 0.1}):
+        found = run([NEGATIVE, {"type": "imu"}], {"type": kind}, **more)
+        assert found.summary()["estimate"]["unfitted_samples"] == 301
+        assert "the measured lengths fit no pose at 301 of 301 samples" in list(reservations(found))
+    exact = run([{"type": "encoders"}, {"type": "imu"}], {"type": kind})
+    assert exact.summary()["estimate"]["unfitted_samples"] == 0
+    assert not any("fit no pose" in each for each in reservations(exact))
+
+
+def test_a_filter_that_fits_no_poses_has_no_residual():
+    found = run([{"type": "pose"}, {"type": "imu"}], {"type": "complementary"})
+    assert (found["fit_residual"] == 0.0).all()
 
 
 def replayed(found, gains, correcting):

@@ -6,6 +6,8 @@ import os
 import signal
 import subprocess
 import sys
+import threading
+import time
 import warnings
 from dataclasses import replace
 
@@ -18,6 +20,7 @@ from study_cases import wait_until
 
 import cdpr
 from cdpr.base.errors import CdprError
+from cdpr.link.waiting import report_waits
 from cdpr.log import image_writer
 from cdpr.log.image_file import complete_images
 from cdpr.log.image_writer import ImageWriter
@@ -139,11 +142,89 @@ def test_a_renderer_that_fails_ends_the_run_with_its_log(tmp_path, monkeypatch):
         raise RuntimeError("no context")
 
     monkeypatch.setattr(CameraImages, "image", fails)
-    with pytest.raises(CdprError, match="the images cannot be rendered: no context") as caught:
-        cdpr.simulate(SCENARIO, overrides={"simulation.duration": 0.5, **SMALL}, out=tmp_path / "run")
+    done = []  # samples at the warnings
+
+    def wait(count, total):
+        samples.append(count)
+        if count and not done:
+            wait_until(lambda: calls)
+            time.sleep(0.1)  # until the thread has ended
+
+    samples = []
+    changes = {"simulation.duration": 20.0, **SMALL}
+    with warnings.catch_warnings():
+        warnings.simplefilter("always")
+        monkeypatch.setattr(warnings, "showwarning", lambda text, *_: done.append((str(text), samples[-1])))
+        with pytest.raises(CdprError, match="the images cannot be rendered: no context") as caught:
+            cdpr.simulate(SCENARIO, overrides=changes, out=tmp_path / "run", progress=wait)
+    ((text, at),) = done
+    assert text == "the images cannot be rendered: no context; the run continues without further images"
+    assert at < samples[-1], "at once, not at the end"
     assert len(calls) == 1
-    assert len(caught.value.run.rows) == 251
-    assert len(cdpr.load_run(tmp_path / "run").rows) == 251
+    run = caught.value.run
+    assert len(run.rows) == 10001
+    assert [event.text for event in run.events if event.kind == "warning"] == [
+        "the images cannot be rendered: no context"
+    ]
+    assert len(cdpr.load_run(tmp_path / "run").rows) == 10001
+
+
+def test_interrupts_skip_images_that_repair_renders(tmp_path, monkeypatch):
+    """The first one ends the run, which then waits for its images and reports that; the second one skips them."""
+    image, lines, released = CameraImages.image, [], threading.Event()
+
+    def waits(self, row):
+        released.wait()
+        return image(self, row)
+
+    def interrupt(done, total):
+        if done > 500:
+            raise KeyboardInterrupt
+
+    def second(text):
+        lines.append(text)
+        released.set()
+        signal.raise_signal(signal.SIGINT)
+
+    monkeypatch.setattr(CameraImages, "image", waits)
+    with report_waits(second), pytest.raises(KeyboardInterrupt) as caught:
+        cdpr.simulate(SCENARIO, overrides=SMALL, out=tmp_path / "run", progress=interrupt)
+    run = caught.value.run
+    assert run.status == "interrupted"
+    (line,) = lines
+    total = 2 * (1 + (len(run.rows) - 1) // 50)  # of two cameras at 10 Hz, with rows at 500 Hz
+    assert line == (
+        f"writing {total - 2} images; Ctrl-C again skips them, and `cdpr repair {tmp_path / 'run'}` renders them later"
+    )
+    (warning,) = (event.text for event in run.events if event.kind == "warning")
+    assert warning == f"{total - 2} images not rendered: `cdpr repair {tmp_path / 'run'}` renders them"
+    assert len(content(tmp_path / "run" / "images.mcap")) <= 2
+    assert complete_images(cdpr.load_run(tmp_path / "run"))
+    assert len(content(tmp_path / "run" / "images.mcap")) == total
+
+
+@pytest.mark.slow
+def test_an_interrupt_ends_the_wait_for_images_that_are_far_behind(tmp_path, monkeypatch):
+    """No row is lost or taken twice."""
+    image, released = CameraImages.image, threading.Event()
+
+    def waits(self, row):
+        released.wait()
+        return image(self, row)
+
+    monkeypatch.setattr(image_writer, "QUEUE", 2)
+    monkeypatch.setattr(CameraImages, "image", waits)
+    timers = [threading.Timer(1.0, signal.raise_signal, [signal.SIGINT]), threading.Timer(2.0, released.set)]
+    for timer in timers:
+        timer.start()
+    with pytest.raises(KeyboardInterrupt) as caught:
+        cdpr.simulate(SCENARIO, overrides=SMALL, out=tmp_path / "run")
+    for timer in timers:
+        timer.join()
+    run = caught.value.run
+    assert run.status == "interrupted"
+    times = [time for topic, time, _ in content(tmp_path / "run" / "images.mcap") if "roof" in topic]
+    assert times == [10**8 * k for k in range(1 + (len(run.rows) - 1) // 50)]
 
 
 def test_a_writer_without_rows_leaves_a_complete_file(tmp_path):

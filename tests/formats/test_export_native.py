@@ -80,7 +80,7 @@ def test_a_solver_of_a_library_is_refused():
 
 
 def test_actuators_are_refused_without_naming_another_export():
-    with pytest.raises(CdprError, match=r"actuators: .*: an exported controller supports only the robot's own") as told:
+    with pytest.raises(CdprError, match=r"actuators: .*: an exported controller supports only the winches in") as told:
         native_files(load_scenario(ROOT / "scenarios" / "winch_fmu.yaml"))
     assert "FMU" not in str(told.value)
 

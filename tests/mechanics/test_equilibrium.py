@@ -329,6 +329,7 @@ def test_wrong_arguments_are_refused(given, text):
         cdpr.equilibrium("v_plotter", **given)
 
 
+@pytest.mark.filterwarnings("ignore:lengths:UserWarning")
 @pytest.mark.parametrize("value", [1e-300, 1e-9, 1e6])
 @pytest.mark.parametrize("name", ["v_plotter", "cogiro_pulleys", "crossed"])
 def test_extreme_values_end_with_a_result(name, value):

@@ -80,6 +80,15 @@ def test_equal_cables_are_counted():
     assert re.match(r"cable 'cable_\d' \(and \d more alike\) limits it by the control of its winch, against", part)
 
 
+def test_friction_of_pulleys_is_not_that_of_winches():
+    """Cables are ideal, so that nothing swings."""
+    scenario = load_scenario("cogiro_pulleys", overrides={"robot.cable.exit.friction": 10.0})
+    (fault,) = faults(scenario)
+    text = str(fault.error)
+    assert "at the initial pose damping and friction require short steps; it is stable up to" in text
+    assert text.endswith("limits it by the friction of its pulley, against the platform")
+
+
 UP = {
     "simulation.physics_step": 0.02,
     "simulation.control_step": 0.02,

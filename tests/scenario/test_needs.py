@@ -151,7 +151,7 @@ def test_export_to_native_and_ros2_report_unchecked_limits_and_events():
     scenario = cdpr.load_scenario("cable_break", overrides={"limits": "stop"})
     lines = [
         "limits: an exported controller continues after limit violations",
-        "events: real-time programs contain only their effect on the desired motion (cable_break at 1 s)",
+        "events: only changes of the desired motion by events are exported (cable_break at 1 s)",
     ]
     assert omitted(scenario, "native") == lines
     assert packages(scenario)[1] == [f"of the controller as a C++ node: {line}" for line in lines]

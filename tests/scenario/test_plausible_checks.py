@@ -12,6 +12,7 @@ from plausible_cases import CAROCA, LOW, ROBOT, SCENARIOS, WEAK, told, warned
 from cdpr.scenario import load_scenario
 from cdpr.scenario.plausible import CHECKS, Setup
 
+ENCODERS = [{"type": "encoders"}]
 HERE = os.path.relpath(Path(__file__).parent, SCENARIOS)
 
 
@@ -24,6 +25,16 @@ def times(cables, frame=1.0, platform=1.0):
 
 # Suspicious value, its warning, and a similar plausible value.
 CASES = [
+    (
+        {"sensors": [{"type": "imu", "delay": 5.0}]},
+        r"sensors\[0\].delay: 5 s is longer than the run of 4 s: no measurement but the first arrives",
+        {"sensors": [{"type": "imu", "delay": 3.0}]},
+    ),
+    (
+        {"sensors": [{"type": "imu", "name": "other"}, {"type": "imu", "period": 5.0}]},
+        r"sensors\[1\].period: 5 s is longer than the run of 4 s: it measures once",
+        {"sensors": [{"type": "imu", "period": 3.0}]},
+    ),
     (
         {"robot.cables": times(ROBOT["cables"], frame=1000.0)},
         r"robot.cables: the frame's anchors are 8062 m apart; lengths are in metres: in millimetres that is 8.062 m",
@@ -209,9 +220,15 @@ def test_every_check_has_a_case():
     }
     subjects.append(subject(load_scenario(CAROCA, overrides=passing)))
     subjects.append(subject(load_scenario(SCENARIOS / "winch.yaml", overrides={"robot.winch.drum_growth": 0.005})))
+    stepper = {"type": "stepper", "drum_radius": 1.0, "stall_torque": 10.0, "steps_per_turn": 1, "microsteps": 1}
+    subjects.append(subject(load_scenario(SCENARIOS / "camera_robot.yaml", overrides={"robot.winch": stepper})))
+    subjects.append(subject(load_scenario(CAROCA, overrides={"sensors": ENCODERS})))
+    stretched = {"sensors": ENCODERS, "estimator": {"type": "forward_kinematics"}}
+    subjects.append(subject(load_scenario(SCENARIOS / "winch.yaml", overrides=stretched)))
     assert [check.__name__ for check in CHECKS if not any(list(check(one)) for one in subjects)] == []
 
 
 def subject(scenario):
     given = (scenario.sections.robot, scenario.robot, ("robot",), scenario._document.data)
-    return Setup(*given, scenario.sections, scenario._checked.motion, scenario.obstacles, lambda: scenario.desired)
+    about = scenario.sections, scenario._checked.motion, scenario.obstacles, lambda: scenario.desired
+    return Setup(*given, *about, False, *scenario._declared())

@@ -118,6 +118,13 @@ def test_images_follow_the_state_and_both_renderers_agree():
     assert np.logical_xor(*red).sum() < 0.5 * red[0].sum()
 
 
+def test_the_example_shows_boxes_below_the_platform_all_the_time(renderer):
+    run = cdpr.simulate(SCENARIO, overrides={"sensors.1.renderer": renderer, "sensors.1.period": 0.5})
+    shares = [(image != image[0, 0]).any(axis=2).mean() for _, image in images(run, "tool")]
+    assert len(shares) == 9
+    assert min(shares) > 0.03  # of the pixels
+
+
 def test_a_camera_changes_no_bit_of_the_rows():
     with_cameras = cdpr.simulate(SCENARIO, overrides=SHORT)
     without = cdpr.simulate(SCENARIO, overrides={**SHORT, "sensors": []})

@@ -97,6 +97,10 @@ def test_noise_does_not_change_the_flag():
     [
         ({"attitude": [1, 1, 0, 0]}, "attitude: expected a unit quaternion"),
         ({"markers": []}, r"sensors\[0\].markers: expected 1 or more items"),
+        (
+            {"markers": [[np.nan, 0, 0]]},
+            r"^overrides: sensors\[0\].markers\[0\]\[0\]: expected a finite number \(m\), got nan$",
+        ),
         ({"focal": [0, 1]}, r"sensors\[0\].focal\[0\]: must be greater than 0 \(px\), got 0"),
         ({"focal": [1e-300, 1]}, r"focal: expected at least 0.64 px and 0.48 px"),
         ({"center": [0, -1e300]}, r"center: expected at most 640000 px and 480000 px in size"),

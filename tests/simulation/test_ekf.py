@@ -203,6 +203,16 @@ def test_sensors_that_determine_nothing_are_rejected():
         cdpr.simulate(ENCODERS_ONLY, overrides={"sensors": [{"type": "range", "direction": [0, 0, -1]}]})
 
 
+def test_errors_of_estimators_have_their_place_and_name_cameras():
+    with pytest.raises(
+        CdprError, match=r"encoders_only\.yaml:\d+:\d+: ekf: sensor 'encoders': expected delay and jitter"
+    ):
+        cdpr.simulate(ENCODERS_ONLY, overrides={"sensors.0.delay": 1.001})
+    camera = {"type": "camera", "position": [0, 0, 3.2], "attitude": [0, 1, 0, 0]}
+    with pytest.raises(CdprError, match=r"got none; .*; the images of 'camera' \(camera\) are no measurements"):
+        cdpr.simulate(ENCODERS_ONLY, overrides={"sensors": [camera]})
+
+
 def test_a_filter_that_diverges_ends_the_run_as_diverged():
     sensors = [ENCODERS, {"type": "imu", "turn_rate": {"gain": 1e12}}]
     with pytest.raises(cdpr.Diverged, match=r"sees is not finite; .*'estimation': check their options"):

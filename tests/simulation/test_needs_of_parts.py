@@ -25,7 +25,7 @@ from cdpr.simulation.works import works_of
 from cdpr.ui.cli import cli
 
 CAROCA = str(ROOT / "scenarios" / "caroca.yaml")
-APART = "part of the loop 'toy': not supported by {}: exports contain no further parts of the loop; remove it from the"
+APART = "part of the loop 'toy': not supported by {}: exports contain no added parts of the loop; remove it from the"
 
 
 class Toy(LoopPart):

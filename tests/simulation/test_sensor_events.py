@@ -147,6 +147,8 @@ def test_events_from_outside_equal_those_of_the_scenario(disturbed, tmp_path):
         simulation.fail_sensor("mocap")
         with pytest.raises(CdprError, match="fail_sensor: sensor: unknown sensor 'moca'"):
             simulation.fail_sensor("moca")
+        with pytest.raises(CdprError, match="bump_sensor: expected at least one of position"):
+            simulation.bump_sensor("mocap")
         simulation.step(20)
         simulation.save(tmp_path / "session.yaml")
         assert simulation.run().rows.tobytes() == disturbed.rows.tobytes()

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from numbers import Integral
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from cdpr.base import tolerances
+from cdpr.base.defaults import MOST_STARTS
 from cdpr.base.errors import CdprError
 from cdpr.base.fields import MAX_UNWOUND
 from cdpr.base.problems import shown
@@ -15,15 +17,19 @@ from cdpr.cables.drum import RADIUS
 from cdpr.cables.drums import unwound_lengths
 from cdpr.mechanics.equilibria import find_equilibria
 from cdpr.mechanics.equilibrium import Equilibrium, find_equilibrium
+from cdpr.mechanics.kinematics import lengths as lengths_at
+from cdpr.mechanics.kinematics import make_state
 from cdpr.model import Cable, Robot
 from cdpr.model.arrays import checked
 from cdpr.model.robot import Array
 from cdpr.model.rotations import held_upright
 from cdpr.scenario.evaluated_pose import evaluated_pose
 from cdpr.scenario.loader import AnyRobot, robot_or_scenario
+from cdpr.scenario.option_migration import outside
 from cdpr.scenario.sound_robot import sound
 
 STARTS = 100  # random starts of a search for all equilibria
+LONG = 20.0  # unwound lengths by the size of the robot; lengths in mm are a thousand times too long
 
 
 def equilibrium(
@@ -59,6 +65,9 @@ def equilibrium(
     Raises:
         CdprError: if an argument is wrong. Impossible lengths raise no error: see `Equilibrium.converged`.
 
+    Warns:
+        UserWarning: if a length is many times the size of the robot, as if it were in millimetres.
+
     Example:
         >>> import cdpr
         >>> frame, platform = [[-1.0, 0.0, 2.0], [1.0, 0.0, 2.0]], [[0.0, 0.0, 0.0]] * 2
@@ -90,7 +99,7 @@ def equilibria(
         drum_angles: as for `equilibrium`.
         start: as for `equilibrium`.
         gravity: as for `equilibrium`.
-        starts: number of random initial poses. More starts may find more equilibria.
+        starts: number of random initial poses, at most 10 000. More starts may find more equilibria.
         seed: seed of the random poses.
 
     Returns:
@@ -106,8 +115,8 @@ def equilibria(
         >>> [(float(one.pose[2].round(9)), one.stability) for one in cdpr.equilibria(pendulum, lengths=[1.5], starts=5)]
         [(0.5, 'stable')]
     """
-    if isinstance(starts, bool) or not isinstance(starts, Integral) or starts < 0:
-        raise CdprError(f"equilibria(starts=): expected a whole number of at least 0, got {shown(starts)}")
+    if isinstance(starts, bool) or not isinstance(starts, Integral) or not 0 <= starts <= MOST_STARTS:
+        raise CdprError(f"equilibria(starts=): expected a whole number from 0 to {MOST_STARTS}, got {shown(starts)}")
     if isinstance(seed, bool) or not isinstance(seed, Integral) or seed < 0:
         raise CdprError(f"equilibria(seed=): expected a whole number of at least 0, got {shown(seed)}")
     found = _arguments(robot, lengths, tensions, drum_angles, start, gravity)
@@ -152,8 +161,21 @@ def _arguments(
             raise CdprError(f"{key}: cable '{cable.name}': {text}")
         if force < 0.0 and robot.unilateral:
             raise CdprError(f"tensions: cable '{cable.name}': expected at least 0 N, got {force:g}")
+    _warn_of_long_ones(robot, pose, np.where(turned, np.nan, unwound))
     down = checked(own if gravity is None else gravity, (3,), "gravity", finite=True)
     return robot, unwound, tension, pose.copy(), down
+
+
+def _warn_of_long_ones(robot: Robot, pose: Array, unwound: Array) -> None:
+    """Warn of given lengths (m,) that are many times the size of the robot, such as those in millimetres."""
+    paths = lengths_at(robot, make_state(pose[:3], pose[3:]))
+    size = float(np.fmax(np.linalg.norm(np.ptp(robot.anchors[:, :3], axis=0)), np.nanmax(paths, initial=0.0)))
+    for i in np.flatnonzero(unwound > LONG * size)[:1]:
+        warnings.warn(
+            f"lengths: cable '{robot.cables[i].name}': {unwound[i]:g} m is {unwound[i] / size:.3g} times the size of "
+            f"the robot, {size:.4g} m: lengths are in m",
+            stacklevel=outside(),
+        )
 
 
 def _require_drum(cable: Cable) -> None:

@@ -82,6 +82,7 @@ def compensated_lengths(
         True
     """
     robot, gravity = robot_and_gravity(robot, gravity)
+    checked(poses, (7,) if np.ndim(poses) == 1 else (None, 7), "poses", finite=True)
     found = distribute(robot, poses, solver=solver, options=options, gravity=gravity, jobs=jobs)
     single = np.ndim(poses) == 1
     rows = np.atleast_2d(checked(poses, (7,) if single else (None, 7), "poses")).copy()

@@ -116,9 +116,11 @@ def _values(given: Any, n: int, seed: str) -> Sequence[Any]:
 
 
 def _array(given: Any) -> np.ndarray[Any, np.dtype[Any]] | None:
-    """Return numbers as a new array; None for other values, such as texts, or lists of different lengths."""
+    """Return numbers as a new array; None for other values, such as texts, large integers, or uneven lists."""
     try:
         array = np.array(given)
     except (ValueError, TypeError):
         return None
+    if array.dtype.kind == "f" and isinstance(given, list | tuple) and all(type(value) is int for value in given):
+        return None  # integers from 2^63 on would be rounded
     return array if array.dtype.kind in "fiub" else None

@@ -44,8 +44,11 @@ from cdpr.base.fields import NonNegative, Positive, Vector3, unit
 from cdpr.base.needs import Needs, depends
 from cdpr.cables.exit import Exit
 
-AS_POINT = depends("pulleys are an error without --pulleys-as-points")
-AS_POINT_OR_LEFT_OUT = depends("pulleys are an error in the style legs without --pulleys-as-points, otherwise left out")
+AS_POINT = depends("pulleys are an error; with --pulleys-as-points, they become points")
+AS_POINT_OR_LEFT_OUT = depends(
+    "with --style legs, pulleys are an error, or points with --pulleys-as-points; with --style platform, they are left "
+    "out"
+)
 ALWAYS_LEFT_OUT = depends("pulleys are left out")
 OUTLINE = 32  # corners of the drawn circle
 

@@ -18,14 +18,16 @@ from cdpr.scenario.plausible.course import (
     bodies_that_do_not_turn,
     cut_short,
     gravity,
+    late_sensors,
     of_the_motion,
     taken_by_the_guide,
 )
-from cdpr.scenario.plausible.drums import empty_drums
+from cdpr.scenario.plausible.drums import empty_drums, large_steps
 from cdpr.scenario.plausible.interference import touching
 from cdpr.scenario.plausible.loose import too_heavy
 from cdpr.scenario.plausible.passing import through_singular_places
 from cdpr.scenario.plausible.places import beyond_reach, far, no_length, one_sided, outside, too_weak
+from cdpr.scenario.plausible.seen import stretched_lengths, unseen_sensors
 from cdpr.scenario.plausible.setup import Finding, Setup
 from cdpr.scenario.plausible.sizes import bodies, cable_sizes, dents, proportions
 
@@ -47,12 +49,16 @@ CHECKS: tuple[Callable[[Setup], Iterator[Finding]], ...] = (
     touching,
     gravity,
     after_the_end,
+    late_sensors,
     of_the_motion,
     through_singular_places,
     empty_drums,
+    large_steps,
     cut_short,
     taken_by_the_guide,
     bodies_that_do_not_turn,
+    unseen_sensors,
+    stretched_lengths,
 )
 
 

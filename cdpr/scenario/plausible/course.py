@@ -43,6 +43,17 @@ def after_the_end(setup: Setup) -> Iterator[Finding]:
         )
 
 
+def late_sensors(setup: Setup) -> Iterator[Finding]:
+    """Yield sensors that measure or send nothing new until the end of the run."""
+    if setup.run is None or setup.shortened or setup.run.simulation.ends_early:
+        return
+    end = setup.run.simulation.duration
+    for i, sensor in enumerate(setup.run.sensors):
+        for key, what in (("delay", "no measurement but the first arrives"), ("period", "it measures once")):
+            if (time := getattr(sensor, key)) > end:
+                yield ("sensors", i, key), f"{exact(time)} s is longer than the run of {exact(end)} s: {what}"
+
+
 def of_the_motion(setup: Setup) -> Iterator[Finding]:
     """Yield the remarks of the motion, such as skipped words of its file."""
     if setup.run is None or setup.motion is None:

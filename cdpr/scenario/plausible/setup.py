@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -38,6 +38,8 @@ class Setup:
         obstacles: obstacles of the scenario.
         desired: returns the desired motion.
         shortened: True if the duration was overridden for this call, so that a shorter run is intended.
+        controller: declared properties of the controller.
+        estimator: declared properties of the estimator; empty without one.
     """
 
     section: RobotSection
@@ -49,6 +51,8 @@ class Setup:
     obstacles: tuple[Obstacle, ...] = ()
     desired: Callable[[], Trajectory] | None = None
     shortened: bool = False
+    controller: Mapping[str, object] = field(default_factory=dict)
+    estimator: Mapping[str, object] = field(default_factory=dict)
 
     @property
     def gravity(self) -> Array:

@@ -22,6 +22,7 @@ from cdpr.base.errors import CdprError, ExitCode, OptionsLeftOut, one_line
 from cdpr.base.nearest import did_you_mean
 from cdpr.base.version import VERSION
 from cdpr.ui.cli.streams import UNWRITABLE, printable_streams, streams
+from cdpr.ui.cli.unknown_options import with_hint
 
 DEBUG = "CDPR_DEBUG"
 GARBAGE = 100_000  # allocations between two garbage collections
@@ -142,7 +143,7 @@ def main() -> None:
     except KeyboardInterrupt:
         code = ExitCode.INTERRUPTED
     except click.ClickException as error:
-        error.show()
+        with_hint(error, sys.argv[1:]).show()
         code = ExitCode.BAD_INPUT
     except CdprError as error:
         if os.environ.get(DEBUG):

@@ -24,10 +24,15 @@ def plugins(role: Any) -> Complete:
 
 def keys(context: click.Context, parameter: click.Parameter, incomplete: str) -> list[str]:
     """Return the scenario keys that start with the text, including the options of all installed plugins."""
+    return [key for key in scenario_keys() if key.startswith(incomplete)]
+
+
+def scenario_keys() -> list[str]:
+    """Return all keys of scenarios, with the options of all installed plugins; `[0]` for the items of lists."""
     from cdpr.scenario.json_schema import scenario_schema
 
     schema = scenario_schema()
-    return sorted({key for key in _leaves(schema, schema, "", ()) if key.startswith(incomplete)})
+    return sorted(set(_leaves(schema, schema, "", ())))
 
 
 def _leaves(node: dict[str, Any], root: dict[str, Any], path: str, inside: tuple[str, ...]) -> Iterator[str]:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import json
+import math
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from cdpr.base.defaults import SOLVER
+from cdpr.base.defaults import MOST_STARTS, SOLVER
 from cdpr.base.errors import ExitCode
 from cdpr.ui.cli.names import OutPath, change_keys, force_option, plugin_files, plugin_option, require_new_in
 from cdpr.ui.cli.numbers import Real, Whole, number
@@ -38,7 +39,9 @@ FIGURES, TABLE = "equilibrium.json", "lengths.csv"
     help="Start of the search, or the pose of --compensate: position (m) and roll, pitch, yaw (rad, or as 30deg).",
 )
 @click.option("--all", "every", is_flag=True, help="Search from many random poses, for unstable equilibria, too.")
-@click.option("--starts", type=Whole(0), help="Number of random poses of --all. [100]")
+@click.option(
+    "--starts", type=Whole(0, MOST_STARTS), help=f"Number of random poses of --all, at most {MOST_STARTS}. [100]"
+)
 @click.option(
     "--compensate",
     is_flag=True,
@@ -140,11 +143,19 @@ def _check_options(
         raise click.UsageError("--step: applies to the motion of a scenario, so omit --pose")
 
 
+def _finite(text: str, name: str) -> float:
+    value = number(text)
+    if not math.isfinite(value):
+        message = f"expected finite numbers, or `{NONE}` for a cable of another list, got {text[:80]!r}"
+        raise click.BadParameter(message, param_hint=name)
+    return value
+
+
 def _values(name: str, text: str, robot: Robot) -> list[float]:
     """Return the values of a list, NaN for `-`."""
     parts = [part.strip() for part in text.split(",")]
     try:
-        values = [float("nan") if part == NONE else number(part) for part in parts]
+        values = [float("nan") if part == NONE else _finite(part, name) for part in parts]
     except ValueError:
         raise click.BadParameter(f"expected numbers with commas, got {text[:80]!r}", param_hint=name) from None
     if len(values) != robot.m:

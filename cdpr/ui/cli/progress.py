@@ -91,6 +91,7 @@ class Signals:
 
     Attributes:
         pending: True after a signal.
+        received: number of signals.
         terminated: True if the system sent it, not the user.
         raised: True if one was raised as an exception.
         wait: store the next signal for the command to check. The one after it ends the command at once, as does any
@@ -98,6 +99,7 @@ class Signals:
     """
 
     pending = False
+    received = 0
     terminated = False
     raised = False
     wait = False
@@ -106,6 +108,7 @@ class Signals:
         """End the command like Ctrl-C, or store the signal for it."""
         self.terminated = number != signal.SIGINT
         self.pending = True
+        self.received += 1
         if not self.wait or WAITING.here:
             self.raised = True
             raise KeyboardInterrupt

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import click
 
+from cdpr.base.defaults import ESTIMATOR
 from cdpr.base.errors import CdprError, Interrupted, OutputError, ScenarioError
 from cdpr.base.redirect_output import redirect_output
 from cdpr.simulation.clock import SPEEDS
@@ -121,6 +122,8 @@ def command(
                 click.echo(f"stopped: {error}", err=True)
                 raise click.exceptions.Exit(signals.exit_code) from None
             stop, run = error, error.run
+            # a second interrupt, or one after the last sample, which skips images
+            report = report and signals.received < 2 and run.status != "finished"
         if signals.pending and stop is None:  # after the last check: the run is complete, only the report is skipped
             stop, report = Interrupted("interrupted after the last sample"), False
         signals.wait = False
@@ -263,7 +266,12 @@ def _write_report(run: Run, least: Mapping[str, Mapping[str, Any]], touch: str |
 def _print(run: Run, least: Mapping[str, Mapping[str, Any]], touch: str | None) -> None:
     """Print the summary, with the folder last."""
     header = run.header
-    plugins = [header.backend, header.controller, header.solver, *([header.estimator] if header.estimator else [])]
+    plugins = [
+        header.backend,
+        header.controller,
+        header.solver,
+        *([header.estimator] if header.estimator not in ("", ESTIMATOR) else []),
+    ]
     click.echo(
         f"{header.scenario}: {len(header.cables)} cables, {', '.join(plugins)}; "
         f"control {_ms(header.control_step)}, physics {_ms(header.physics_step)}"

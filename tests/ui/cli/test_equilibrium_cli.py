@@ -110,3 +110,32 @@ def test_wrong_options_are_refused(options, text):
 def test_missing_values_are_errors():
     with pytest.raises(CdprError, match="cable 'right': expected one value"):
         CliRunner().invoke(command, ["v_plotter", "--lengths", "1.2,-"], catch_exceptions=False)
+
+
+def test_lengths_in_millimetres_are_warned_of():
+    with pytest.warns(
+        UserWarning, match=r"lengths: cable 'left': 1200 m is .* times the size of the robot, .* are in m"
+    ):
+        run("v_plotter", "--lengths", "1200,1300")
+    cdpr.equilibrium("v_plotter", lengths=[5.0, 5.0])  # warnings are errors here
+
+
+@pytest.mark.parametrize("value", ["nan", "inf", "-inf"])
+def test_values_that_are_not_finite_are_no_missing_ones(value):
+    text = run("v_plotter", "--lengths", f"{value},1", "--tensions", "1,-", code=2).output
+    assert "expected finite numbers, or `-` for a cable of another list, got" in text
+
+
+def test_the_number_of_starts_has_a_limit():
+    text = run("v_plotter", "--lengths", "1.2,1.3", "--all", "--starts", "1000000000", code=2).output
+    assert "is not in the range 0<=x<=10000" in text
+    with pytest.raises(CdprError, match=r"equilibria\(starts=\): expected a whole number from 0 to 10000"):
+        cdpr.equilibria("v_plotter", lengths=[1.2, 1.3], starts=10**9)
+
+
+def test_poses_that_are_not_finite_have_no_compensated_lengths():
+    robot = cdpr.load_robot("caroca_winches")
+    poses = np.array([robot.home, robot.home])
+    poses[1, 2] = np.nan
+    with pytest.raises(CdprError, match=r"poses: .*finite"):
+        cdpr.compensated_lengths(robot, poses)

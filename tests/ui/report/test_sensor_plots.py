@@ -14,8 +14,9 @@ from cdpr.base.columns import GROUPS
 from cdpr.log.ros2 import decode
 from cdpr.log.run import Run
 from cdpr.ui.live.type_hash import type_hash
+from cdpr.ui.report.pages.run import drawings
 from cdpr.ui.report.plots import sensors as plots
-from cdpr.ui.report.plots.truths import errors
+from cdpr.ui.report.plots.truths import errors, measured_truth
 
 CAROCA = str(ROOT / "scenarios" / "caroca.yaml")
 ROUND_OFF = 1e-9  # lengths, pixels and forces up to 1e3
@@ -56,6 +57,16 @@ def test_exact_sensors_have_no_error(run: Run, sensor: str) -> None:
     for key, error in found.items():
         assert error is not None, key
         assert np.nanmax(np.abs(error)) < ROUND_OFF, key
+
+
+@pytest.mark.parametrize("kind", ["range", "scan"])
+def test_rays_without_obstacles_have_their_reach(kind: str) -> None:
+    """The report of a world without obstacles, whose log has an empty list of them."""
+    sensors = {"sensors": [{"type": kind, "reach": 7.0}], "world.obstacles": []}
+    empty = cdpr.simulate(CAROCA, overrides={**SHORT, **sensors})
+    (sensor,) = empty.header.sensor_objects
+    assert (measured_truth(empty, sensor, "distance") == 7.0).all()
+    assert f"{kind}_distance_error" in [panel.name for panel in plots.sensors(empty)]
 
 
 def test_panels(run: Run) -> None:
@@ -108,7 +119,17 @@ def test_estimate_has_the_band_of_its_sigma(run: Run) -> None:
     assert np.allclose(error.points.values, [-0.01, 0.0, 0.0], atol=ROUND_OFF)
     assert np.allclose(upper.points.values, 3.0 * sigma[:3])
     assert np.allclose(lower.points.values, -3.0 * sigma[:3])
+    assert {*upper.names, *lower.names} == {"±3 σ"}
     assert {"nis", "nees"} <= set(panels)
+
+
+@pytest.mark.parametrize("name", ["point_mass", "planar"])
+def test_robots_without_rotations_have_no_empty_plots(name: str) -> None:
+    run = cdpr.simulate(ROOT / "scenarios" / f"{name}.yaml", overrides={"simulation.duration": 0.1})
+    shown = {panel.name for drawing in drawings(run) for panel in drawing.shown(run)}
+    assert {"position", "velocity", "acceleration", "position_error", "tension"} <= shown
+    turning = {"attitude", "angular_velocity", "angular_acceleration", "orientation_error"}
+    assert turning & shown == (turning if name == "planar" else set())
 
 
 def test_corners_of_a_frustum_are_those_of_the_image() -> None:

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from html import escape
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
+import yaml
 
 from cdpr.base.column import Column
+from cdpr.config.yaml_nodes import PARSER
 from cdpr.log import run_json
 from cdpr.log.files import replace_markup
 from cdpr.log.run import Run
 from cdpr.mechanics.sag import STRAIGHT
+from cdpr.model import DOF_NAMES
 from cdpr.ui.report.pages import cameras, tables
 from cdpr.ui.report.pages.page import figure, page, panels, section, theatre
 from cdpr.ui.report.pages.still import still
@@ -46,6 +50,23 @@ class Drawing(NamedTuple):
     panels: Callable[[Run], Sequence[Panel]] | None  # None for the 3D scene
     caption: str  # HTML: what the figure shows and how to read it
     minor: bool = False  # omitted in print
+
+    def shown(self, run: Run) -> Sequence[Panel]:
+        """Return its panels, without those of rotations if the platform cannot turn."""
+        found = [] if self.panels is None else self.panels(run)
+        return found if _turns(run.header.scenario_yaml) else plots.without_rotations(found)
+
+
+@lru_cache(maxsize=4)
+def _turns(scenario: str) -> bool:
+    """Return True if the robot of a resolved scenario has a rotational degree of freedom, or if that is unknown."""
+    try:
+        content = yaml.load(scenario, PARSER)
+    except yaml.YAMLError:  # of another program
+        return True
+    robot = content.get("robot") if isinstance(content, dict) else None
+    dof = robot.get("dof", DOF_NAMES) if isinstance(robot, dict) else DOF_NAMES
+    return any(name.startswith("r") for name in dof)
 
 
 def write_report(
@@ -100,7 +121,7 @@ def render(run: Run, least: Mapping[str, Mapping[str, Any]] = MappingProxyType({
 def player_data(run: Run, chosen: Sequence[Drawing]) -> dict[str, Any]:
     """Return the player data of a run."""
     arrays = Arrays()
-    figures = {drawing.name.lower(): drawing.panels(run) for drawing in chosen if drawing.panels is not None}
+    figures = {drawing.name.lower(): drawing.shown(run) for drawing in chosen if drawing.panels is not None}
     return page_data(run, [scene_of_run(run, arrays)], figures, arrays)
 
 
@@ -113,7 +134,7 @@ def _figure(run: Run, drawing: Drawing, data: dict[str, Any] | None) -> str:
     return figure(
         key,
         drawing.title,
-        still(run, drawing.panels and drawing.panels(run), drawing.title),
+        still(run, drawing.shown(run) if drawing.panels else None, drawing.title),
         caption,
         live=live,
         minor=drawing.minor,

@@ -33,7 +33,7 @@ class Curves:
     dashes: Sequence[Any] = ("-",)
     width: float = 1.2
     names: Sequence[str] = ()  # of the columns
-    group: str = ""  # kind of the columns, shared with other panels: "cable", ...
+    group: str = ""  # kind of the columns: "cable", ..., shared with other panels; "band": one legend entry for all
 
     @classmethod
     def of(cls, points: Points, name: str, look: dict[str, Any]) -> Curves:
@@ -43,7 +43,7 @@ class Curves:
 
     def thing(self, name: str) -> dict[str, str]:
         """Return the `thing` of column `name`, if it has the same colour throughout a page."""
-        return {"thing": f"{self.group}:{name}"} if self.group not in ("", "over") and name else {}
+        return {"thing": f"{self.group}:{name}"} if self.group not in ("", "over", "band") and name else {}
 
 
 @dataclass(frozen=True)

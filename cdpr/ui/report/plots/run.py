@@ -224,6 +224,26 @@ FIGURES = (
 )
 
 
+# Panels of rotations, constant zeros for robots whose platform cannot turn.
+ROTATIONS = frozenset(
+    (
+        "attitude",
+        "angular_velocity",
+        "angular_acceleration",
+        "orientation_error",
+        "estimated_orientation",
+        "estimated_angular_velocity",
+        "estimate_error_attitude",
+        "estimate_error_angular_velocity",
+    )
+)
+
+
+def without_rotations(panels: Sequence[Panel]) -> list[Panel]:
+    """Return the panels that also show something if the platform cannot turn."""
+    return [panel for panel in panels if panel.name not in ROTATIONS]
+
+
 def by_name(run: Run) -> dict[str, Panel]:
     """Return all panels of a run by name."""
     return {panel.name: panel for figure in FIGURES for panel in figure(run)}

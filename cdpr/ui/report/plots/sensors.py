@@ -232,8 +232,7 @@ def _estimate_error(run: Run, which: int, label: str, *, banded: bool) -> Panel:
         of = slice(3 * which, 3 * which + 3)
         for sign in (SIGMAS, -SIGMAS):
             ends = _history(run, lambda part, by=sign: by * part["estimate_sigma"][:, of])  # type: ignore[misc]
-            names = [f"{axis} {sign:+.0f} σ" for axis in "xyz"]
-            lines.append(Curves(ends, DARK, (DESIRED,), 0.9, names, "over"))
+            lines.append(Curves(ends, DARK, (DESIRED,), 0.9, [f"±{SIGMAS:.0f} σ"] * 3, "band"))
         legend.append(("±3 σ of the estimator", {"color": INK, "linewidth": 0.9, "linestyle": DESIRED}))
     text = f"error of {label} ({ERROR_UNITS[which]})"
     return Panel(text, tuple(lines), legend, name=f"estimate_error_{label.replace(' ', '_')}")

@@ -6,6 +6,7 @@ import numpy as np
 
 from cdpr.log.header import SOLIDS
 from cdpr.log.run import Run
+from cdpr.mechanics.solids import rows
 from cdpr.model import rotations
 from cdpr.model.robot import Array
 from cdpr.sensing import Sensor
@@ -29,7 +30,7 @@ def records(run: Run, sensor: Sensor) -> Records:
         step=head.control_step,
         every=head.log_every,
         ideal=head.ideal_cables,
-        solids=None if solids is None else np.array(solids, dtype=float).reshape(len(solids), -1),
+        solids=None if solids is None else rows([np.array(each, dtype=float) for each in solids]),
         column=lambda name: run[name] if name in head.layout.fields else None,
     )
 

@@ -30,6 +30,8 @@ def reservations(run: Run) -> Iterator[str]:
     figures = run.summary()
     total = figures["samples"]
     yield from silent(run)
+    if bad := figures.get("estimate", {}).get("unfitted_samples"):
+        yield f"the measured lengths fit no pose at {bad} of {total} samples"
     yield from deceived(figures)
     if bad := figures.get("lost_steps"):
         yield f"the steppers lost {bad} full steps"

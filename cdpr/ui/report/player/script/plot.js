@@ -41,7 +41,7 @@ class Plot {
   measure() {
     const c = this.base.getContext("2d");
     c.font = TAG;
-    const tags = this.panel.series.map((series, i) => (series.group === "over" ? "" : this.tag(series, i)));
+    const tags = this.panel.series.map((series, i) => (["over", "band"].includes(series.group) ? "" : this.tag(series, i)));
     const wide = Math.max(0, ...tags.map((tag) => c.measureText(tag).width));
     this.tags = tags.length > 1 && wide <= WIDEST_TAG ? tags : tags.map(() => "");
     if (this.tags.some(Boolean)) this.state.right = Math.max(this.right, Math.ceil(wide) + 8);
@@ -52,7 +52,11 @@ class Plot {
     const home = this.root.querySelector(".series");
     home.setAttribute("aria-label", `Series of ${this.panel.label}`);
     this.off = new Set();
-    this.entries = this.panel.series.map((series, i) => {
+    const bands = new Set(); // names of bands, whose lines share one entry without a value
+    this.entries = this.panel.series.flatMap((series, i) => {
+      const band = series.group === "band";
+      if (band && bands.has(series.name)) return [];
+      if (band) bands.add(series.name);
       const button = document.createElement("button");
       button.type = "button";
       button.innerHTML = '<svg width="22" height="8" aria-hidden="true"><line x1="1" x2="21" y1="4" y2="4"/></svg><span></span><b></b>';
@@ -66,7 +70,7 @@ class Plot {
       button.addEventListener("pointerenter", () => this.state.select(series.group === "cable" ? i : null));
       button.addEventListener("pointerleave", () => this.state.select(null));
       home.append(button);
-      return { series, button, value: button.querySelector("b") };
+      return [{ series, button, value: band ? null : button.querySelector("b") }];
     });
     for (const limit of this.panel.dashed) {
       const span = document.createElement("span");
@@ -81,7 +85,7 @@ class Plot {
     for (const { series, button } of this.entries) {
       const line = button.querySelector("line");
       if (series.thing) line.dataset.thing = series.thing;
-      line.style.stroke = this.colour(series);
+      line.style.stroke = series.group === "band" ? this.data.colours.soft[this.state.dark ? 1 : 0] : this.colour(series);
       line.style.strokeWidth = Math.max(2, series.width + 0.6);
       line.style.strokeDasharray = series.dash.map((x) => x * series.width).join(" ");
       button.setAttribute("aria-pressed", String(!this.hidden(series)));
@@ -294,6 +298,7 @@ class Plot {
     this.upright(c, this.state.time, this.data.colours.ink[dark], 1.6);
     if (hover !== null) this.upright(c, hover, this.data.colours.soft[dark], 1);
     for (const { series, value } of this.entries) {
+      if (!value) continue;
       const k = series.time.length ? nearest(series.time, t) : -1, v = k < 0 ? NaN : series.value[k];
       const text = this.panel.log ? shortNumber(10 ** v) : shortNumber(Math.abs(v) < this.noise ? 0 : v);
       if (value.textContent !== text) value.textContent = text;
