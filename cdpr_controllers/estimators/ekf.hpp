@@ -171,7 +171,7 @@ template <class T> inline T store_measurement(const KalmanFilter<T>& p, T now, i
         at.put(p.of_change(), change, held);
         at.put(p.of_keeps(), T(1.0), held);
     }
-    // From the step that ends with the first tensions that change.
+    // Repeat from the step that ends with the first tensions that change.
     const T gap = interpolate_tensions(p, now - late, late, i, change, acts);
     return select(acts & (late + gap < now), ago + gap, ago);
 }
