@@ -163,9 +163,9 @@ class Controller(Plugin):
 
         It is called in each control step after the distribution of a wrench, also of one from outside, and is compiled
         if it is a result of `cdpr.native.bind.bind` that takes a time. Events then impose the tensions of broken and
-        jammed cables. The log contains the sent tensions; wrench and report are those of the distribution. A controller
-        with this method cannot be exported. It is called once for each stage, after `observe`; all results share the
-        memory of the controller.
+        jammed cables. The log contains the sent tensions; wrench and report are those of the distribution. Only an FMU
+        of the plant with its controller can contain a controller with this method, and only if the function is
+        compiled. It is called once for each stage, after `observe`; all results share the memory of the controller.
 
         Args:
             distributed: (m,), N, live and read-only.
@@ -190,8 +190,8 @@ class Controller(Plugin):
     def observe(self, inputs: ControllerInputs) -> None:
         """Store further live inputs: preview, limits, held cables, previous command, measurements.
 
-        Called once, before the first `control`. Exported FMUs and real-time programs do not have these inputs, so a
-        controller with this method cannot be exported.
+        Called once, before the first `control`. Only an FMU of the plant with its controller can contain a controller
+        with this method: other FMUs and real-time programs do not have these inputs. An FMU has no preview.
 
         Args:
             inputs: live and read-only.

@@ -304,9 +304,10 @@ def _turned_robot(robot: Robot, R: Array) -> Robot:
 def nan_shows(subject: ControllerSubject) -> None:
     """If the state contains NaN, the output contains NaN or infinity, or the controller raises an error.
 
-    If the controller declares `sensors`, the same is required for NaN in their measurements. The tensions of the method
-    `inner_loop` then count as output, too. A controller that declares the sensor `markers` can ignore the state, so the
-    kit tests only NaN in its measurements. Skipped if the controller declares `feedback: false`.
+    If the controller declares `sensors`, the same is required for NaN in their measurements. In this part of the check,
+    the output includes the tensions of the method `inner_loop`. A controller that declares the sensor `markers` can
+    ignore the state, so the kit tests only NaN in its measurements. Skipped if the controller declares
+    `feedback: false`.
     """
     _needs_feedback(subject)
     _nan_measurements_show(subject)

@@ -129,9 +129,9 @@ def snapshot_restores(subject: EstimatorSubject) -> None:
 
 
 def compiled_operations_agree(subject: EstimatorSubject) -> None:
-    """The compiled operations write the same bits as `estimate`.
+    """The compiled operations and the method `estimate` compute identical estimates.
 
-    Skipped if it has none.
+    Skipped if the estimator has no compiled operations.
     """
     measuring, out = Measuring(motion(breaks=False), subject.sensors(noise=NOISE)), np.full(13, np.nan)
     estimator = subject.make(measuring)
@@ -170,7 +170,8 @@ def covariance_is_valid(subject: EstimatorSubject) -> str:
 def innovation_is_consistent(subject: EstimatorSubject) -> str:
     """If sensors have their declared noise, the mean normalised innovation squared per value is between 0.5 and 2.
 
-    The attribute `nis` contains this number, and `nis_size` the number of measured values. At samples without
+    The attribute `nis` contains the normalised innovation squared of a sample, and `nis_size` the number of measured
+    values in it. The mean per value is the sum of `nis` divided by the sum of `nis_size`. At samples without
     measurements, `nis` is NaN and `nis_size` is 0. Skipped if the estimator does not provide these attributes.
     """
     measuring = Measuring(motion(breaks=False), subject.sensors(noise=NOISE, period=2 * STEP))

@@ -187,7 +187,7 @@ def _expect_no_jump(subject: SolverSubject, solver: TensionSolver, path: Path) -
 def misleading_problems_are_answered_truly(subject: SolverSubject) -> str:
     """The statuses OK and INFEASIBLE are correct even for difficult problems, for example with a singular W.
 
-    A solver that declares `coverage: full` must also solve those of the problems that are feasible. The check applies
+    If the solver declares `coverage: full`, it must also solve every feasible problem of this check. The check applies
     only to solvers that declare `exact` or `coverage: full`. Skipped if the solver declares `respects_bounds: false`.
     """
     full, most = subject.properties.get("coverage") == "full", subject.properties.get("max_redundancy", "any")

@@ -15,6 +15,7 @@ from cdpr.native.bind import bind
 from cdpr.plugins import Estimator, EstimatorInputs, SensorModel, SnapshotOfArrays
 from cdpr.sensing.sensor import Sensor
 from cdpr_controllers.estimators.ekf_prediction import platform_arguments
+from cdpr_controllers.estimators.ekf_tension_errors import numbers_of_errors
 from cdpr_controllers.estimators.ekf_updates import USED, deviations, reason_to_ignore, sensor_tables
 
 ERRORS = 12  # of a state: position, attitude, velocity, angular velocity
@@ -42,7 +43,8 @@ class Ekf(SnapshotOfArrays, Estimator):
     - imu: the turn rate. The specific force is that of the model, except for the unknown wrench.
     - tension: in place of the commands, if winches take lengths or rates. Without load cells, such a platform is
       assumed to keep its velocity, with much noise, and encoders on cables that stretch are rejected. Encoders of
-      cables whose measured tension is within three standard deviations of 0 are not used.
+      cables whose measured tension is within three standard deviations of 0 are not used. The errors of tension and
+      stretch are further states: ekf_tension_errors.py.
     - range, scan: not used, as the nominal robot contains no map of the obstacles.
 
     The noise of a sensor follows from its nominal noise and resolution. Measurements with a delay are used at the time
@@ -66,8 +68,14 @@ class Ekf(SnapshotOfArrays, Estimator):
         _check_cables(robot, self._used)
         used = [each.sensor for each in self._used]
         tables = sensor_tables(used, robot.m, options.noise_floor)
+        cells = _cells(used)
+        deviations_of_cells = None if cells is None else deviations(cells, robot.m, options.noise_floor)
+        every = 1 if cells is None else max(1, round(cells.period / control_step))
         slots = 3 + max(_late(each, control_step) for each in used)  # one more for load cells
         width = STATE_NUMBERS + 3 * robot.m + tables.values + len(used)
+        if cells is not None:
+            slots += _late(cells, control_step) + 2 * every  # to the measurement before a lost one
+            width += 2 + numbers_of_errors(robot.m)
         self._values, self._arrivals = np.zeros(tables.values), np.zeros((len(used), 2))
         self._history, self._count = np.zeros((slots, width)), np.zeros(1)
         self.covariance, innovation = np.zeros((ERRORS, ERRORS)), np.zeros(2)
@@ -75,7 +83,7 @@ class Ekf(SnapshotOfArrays, Estimator):
         self.arrays = (self._values, self._arrivals, self._history, self._count, self.covariance, innovation)
         self._state, self._time = np.zeros(13), np.zeros(1)
         self._given = {
-            **platform_arguments(robot, gravity, control_step, options, _cells(used, robot.m, control_step, options)),
+            **platform_arguments(robot, gravity, control_step, options, deviations_of_cells),
             "time": self._time,
             "start": np.zeros(13),
             "deviation": start_deviations(robot, options),
@@ -87,6 +95,7 @@ class Ekf(SnapshotOfArrays, Estimator):
             "settings": tables.settings,
             "history": self._history,
             "count": self._count,
+            "every": every,
             "covariance": self.covariance,
             "innovation": innovation,
         }
@@ -145,9 +154,12 @@ def _check_used(used: Sequence[SensorModel], given: Sequence[Sensor]) -> None:
 def _late(sensor: Sensor, step: float) -> int:
     """Return the largest number of control steps from a measurement to its arrival."""
     late = round((sensor.delay + sensor.jitter) / step)
-    if late > MOST_LATE:
+    held = late + round(sensor.period / step) if sensor.measurement == "tension" else late
+    if held > MOST_LATE:
+        times = "delay and jitter" if held == late else "period, delay and jitter together"
         raise CdprError(
-            f"ekf: sensor '{sensor.title}': expected delay and jitter of at most {MOST_LATE} control steps, got {late}"
+            f"ekf: sensor '{sensor.title}': expected {times} of at most {MOST_LATE} control steps, got {held}; reduce "
+            "them"
         )
     return late
 
@@ -172,7 +184,5 @@ def _check_cables(robot: Robot, used: Sequence[SensorModel]) -> None:
         )
 
 
-def _cells(used: Sequence[Sensor], m: int, step: float, options: Any) -> tuple[Array, float] | None:
-    """Return the standard deviations of measured tensions (m,), N, and their period, s; None without load cells."""
-    cells = [each for each in used if each.measurement == "tension"]
-    return (deviations(cells[0], m, options.noise_floor), cells[0].period or step) if cells else None
+def _cells(used: Sequence[Sensor]) -> Sensor | None:
+    return next((each for each in used if each.measurement == "tension"), None)

@@ -25,7 +25,6 @@ template <class T> struct FilteredPlatform {
     const T* free;      // (6), 1 for each free row of a twist, 0 for directions blocked by a guide
     const T* noise;     // (2, 2), white force, N^2 s, and moment, (N m)^2 s, about the platform's origin: with
                         // known tensions, and without
-    const T* spread;    // (m), N^2 s, white noise of the tensions
     const T* cells;     // (m), N, standard deviation of the measured tensions
     T* matrix;          // (6, m), work space: W
     T* length;          // (m), work space, m
@@ -37,12 +36,11 @@ template <class T> struct FilteredPlatform {
     int64_t rotates;    // 1: `inverse` applies; 0: guided, or drums with inertia, so M is factorised at each step
     int64_t elastic;    // 1: a cable stretches
     int64_t drums;      // 1: drums of cables that stretch have states; 0: they follow their cables at once
-    int64_t noisy;      // 1: tensions are measured, with `spread`; NaN until the first measurement
+    int64_t noisy;      // 1: tensions are measured, with the errors `cells`; NaN until the first measurement
     int64_t m;
     int64_t w;
     static constexpr char fields[] =
-        "lines(m, w >= 6), chains(m, 33), inertial(13), inverse(6, 6), gravity(3), free(6), noise(2, 2), spread(m), "
-        "cells(m), "
+        "lines(m, w >= 6), chains(m, 33), inertial(13), inverse(6, 6), gravity(3), free(6), noise(2, 2), cells(m), "
         "work matrix(6, m), work length(m), work rate(m), work matrix_rate(6, m), work forces(m), period, driven, "
         "rotates, elastic, drums, noisy, m, w";
 };
@@ -92,12 +90,6 @@ template <class T> inline void write_error_motion(const FilteredPlatform<T>& p, 
             scaled[i] = h * now.inverse[j][i];
             spread[i] = scaled[i] * select(driven, p.noise[i / 3], p.noise[2 + i / 3]);
         }
-        for (int64_t c = 0; any(driven) && p.noisy && c < p.m; c++) {
-            const T along =
-                sum(T(0.0), 0, 6, [&](int64_t i) { return scaled[i] * p.matrix[i * p.m + c]; }) * p.spread[c];
-            for (int i = 0; i < 6; i++)
-                spread[i] = select(driven, spread[i] + along * p.matrix[i * p.m + c], spread[i]);
-        }
         write_weighted(scaled, now.wrench_rate, step.change[j]);
         write_weighted(spread, effects, step.noise[j]);
     }
@@ -110,7 +102,7 @@ template <bool noisy, class T, class Columns> CDPR_INLINE void transition(const 
     CDPR_UNROLL
     for (int j = 0; j < 6; j++) {
         Columns row = X[VELOCITY_ERROR + j];
-        if (noisy) row = row + strip(step.noise[j] + column);
+        if constexpr (noisy) row = row + strip(step.noise[j] + column);
         CDPR_UNROLL
         for (int i = 0; i < VELOCITY_ERROR; i++) row = row + step.change[j][i] * X[i];
         if (any(step.rubs)) {

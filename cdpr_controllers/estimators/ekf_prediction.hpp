@@ -6,7 +6,7 @@
 #include <cdpr/mechanics/inverse_dynamics.hpp>
 #include <cdpr/mechanics/platform_acceleration.hpp>
 #include <cdpr/strip.hpp>
-#include <cdpr_controllers/estimators/ekf_covariance.hpp>
+#include <cdpr_controllers/estimators/ekf_tension_errors.hpp>
 
 namespace cdpr::CDPR_TARGET {
 
@@ -257,7 +257,7 @@ template <class T> inline void linearise_motion(const FilteredPlatform<T>& p, Tr
 // Advance state (13) and covariance (12, 12) by a control period under these tensions (m), N, which are overwritten:
 // by the explicit midpoint rule.
 template <class T> inline void predict(const FilteredPlatform<T>& p, const T* before, const T* covariance, T* tension,
-                                       T* after, T* predicted) {
+                                       const TensionErrors<T>& errors, T* after, T* predicted) {
     const T h = p.period, half = 0.5 * p.period, quarter = 0.5 * p.period * p.period;
     const Truth<T> driven = Truth<T>(p.driven != 0) & (tension[0] == tension[0]);
     const Vector<T> velocity = vector(before + 7), spin = vector(before + 10);
@@ -282,6 +282,7 @@ template <class T> inline void predict(const FilteredPlatform<T>& p, const T* be
     store(velocity + h * linear, after + 7);
     store(spin + h * angular, after + 10);
     predict_covariance(step, axes, h, covariance, predicted);
+    if (p.noisy) spread_by_tensions(p, driven, now, step, axes, errors, predicted);
 }
 
 }  // namespace cdpr::CDPR_TARGET

@@ -14,9 +14,7 @@ from cdpr_controllers.estimators.ekf_covariance import densities
 from cdpr_controllers.estimators.ekf_stretch import drums_are_resolved, inverse_mass_matrix
 
 
-def platform_arguments(
-    robot: Robot, gravity: Array, step: float, options: Any, cells: tuple[Array, float] | None
-) -> dict[str, Any]:
+def platform_arguments(robot: Robot, gravity: Array, step: float, options: Any, cells: Array | None) -> dict[str, Any]:
     """Return the arguments of the prediction, by name: `FilteredPlatform` in ekf_prediction.hpp.
 
     Args:
@@ -24,14 +22,13 @@ def platform_arguments(
         gravity: (3,), m/s^2, world.
         step: control period, s.
         options: options of the filter.
-        cells: standard deviations of measured tensions (m,), N, and time between them, s; None without load cells.
+        cells: standard deviations of measured tensions (m,), N; None without load cells.
     """
     chains = chain_table(robot)
     free = np.zeros(6)
     free[robot.rows] = 1.0
     takes_tensions = set(commands_of(robot)) == {TENSION}
     measured = cells is not None and not takes_tensions
-    noise, period = cells if cells is not None and measured else (np.zeros(robot.m), step)
     return {
         "lines": np.array(line_table(robot)),
         "chains": np.array(chains),
@@ -40,8 +37,7 @@ def platform_arguments(
         "gravity": np.array(gravity, dtype=np.float64),
         "free": free,
         "noise": densities(robot, options),
-        "spread": noise**2 * period,  # constant over the period
-        "cells": noise,
+        "cells": cells if cells is not None and measured else np.zeros(robot.m),
         "period": step,
         "driven": int(takes_tensions or measured),
         "rotates": int(robot.n == 6 and (measured or not chains[:, 0].any())),

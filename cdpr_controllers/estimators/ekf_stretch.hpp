@@ -62,14 +62,18 @@ template <class T> struct StretchedCable {
 
     // Return the stretch, m, a control period, s, after the given one, while the tension, N, changes evenly: the
     // damping d of a cable delays the stretch behind the tension. That of a linear differential equation with the
-    // exponential exp(-h k / d) as 1 / (1 + x + x^2 / 2), x = h k / d. A slack cable takes the stretch at rest.
-    CDPR_INLINE T follow_tension(double period, T begin, T end, T stretch) const {
+    // exponential exp(-h k / d) as 1 / (1 + x + x^2 / 2), x = h k / d. A slack cable takes the stretch at rest. Write
+    // its response (3) to errors, as in TensionErrors.
+    CDPR_INLINE T follow_tension(double period, T begin, T end, T stretch, T* response) const {
         const T zero = 0.0, half = 0.5, unwound = length - stretch, held = tension(unwound, zero);
         const T d = tension(unwound, T(1.0)) - held;
         const T stiffness = (tension(unwound - T(LENGTH_STEP), zero) - held) / T(LENGTH_STEP);
         const T hk = T(period) * stiffness, whole = d * d + d * hk + half * hk * hk;
         const T more = (d + half * hk) * hk * (begin - held) + half * (d + hk) * hk * (end - begin);
         const T at_rest = length - rest(chain.span_kind(), chain.span(), length, end);
+        const T scale = hk / (whole * stiffness),
+                taut[3] = {T(1.0) - (d + half * hk) * scale * stiffness, half * d * scale, half * (d + hk) * scale};
+        for (int j = 0; j < 3; j++) response[j] = select(stiffness > zero, taut[j], response[j]);
         return select(stiffness > zero, stretch + more / (whole * stiffness), at_rest);
     }
 };
@@ -104,9 +108,10 @@ template <class T> CDPR_INLINE T unwound_at(const FilteredPlatform<T>& p, T tens
 
 // Write the stretch of cables at a predicted state: that of their drums, that which follows a measured tension, or that
 // at rest under the tension of a winch that moves with its cable. `begin` and `end` of the period: commands or measured
-// tensions, N.
+// tensions, N. With load cells, also write the response of the stretch to errors.
 template <class T> inline void write_stretch(const FilteredPlatform<T>& p, const T* state, const T* begin, const T* end,
-                                             CableStretch<T> before, CableStretch<T> after) {
+                                             CableStretch<T> before, CableStretch<T> after,
+                                             const TensionErrors<T>& errors) {
     const Truth<T> driven = Truth<T>(p.driven != 0) & (begin[0] == begin[0]);
     Geometry<T> cables = {p.lines, state, p.matrix, p.length, p.rate, p.m, p.w};
     geometry(cables);
@@ -123,10 +128,18 @@ template <class T> inline void write_stretch(const FilteredPlatform<T>& p, const
             const T unwound = unwound_at(p, pull, i);
             own_state = length - unwound;
             ratio = length / unwound;
-            if (p.noisy && has_stretch_state(chain)) {
+            if (!p.noisy) {
+                after.ratio[i] = select(driven, ratio, before.ratio[i]);
+                after.state[i] = select(driven, own_state, old);
+                continue;
+            }
+            T* const response = errors.response(i);
+            response[0] = response[1] = 0.0;
+            response[2] = (unwound - unwound_at(p, end[i] + p.cells[i], i)) / p.cells[i];
+            if (has_stretch_state(chain)) {
                 const StretchedCable<T> cable = {chain, T(0.0), length, p.rate[i]};
                 const Truth<T> known = old == old;
-                const T found = cable.follow_tension(p.period, begin[i], end[i], old);
+                const T found = cable.follow_tension(p.period, begin[i], end[i], old, response);
                 own_state = select(known, found, own_state);
                 ratio = select(known, length / (length - found), ratio);
             }

@@ -39,8 +39,16 @@ template <class T> struct Correction {
                         // upper half of the others
     Truth<T> measured;  // where there is a measurement; elsewhere nothing changes
     T error[ERRORS] = {};
-    T square = 0.0;  // sum of the squared normalised innovations
-    T count = 0.0;   // their number
+    TensionErrors<T> tensions = {};  // that of stretch, with load cells
+    int64_t cable = -1;              // the value is the unwound length of this cable, which stretches
+    T square = 0.0;                  // sum of the squared normalised innovations
+    T count = 0.0;                   // their number
+
+    // Begin with the errors of measured tensions.
+    CDPR_INLINE void begin_tensions(TensionErrors<T> errors) {
+        tensions = errors;
+        for (int64_t j = 0; j < 2 * tensions.m; j++) tensions.correction()[j] = 0.0;
+    }
 
     // Use a scalar measurement: `innovation` = row . error + noise, with a row that is 0 outside of [begin, end).
     template <int begin, int end> inline void use(Truth<T> where, const T* row, T innovation, T deviation) {
@@ -50,7 +58,12 @@ template <class T> struct Correction {
         for (int k = 0; k < ERRORS; k += Strip<T>::COLUMNS)
             store(in_pairs<begin, end>([&](int j) { return row[j] * strip(covariance + ERRORS * j + k); }), gain + k);
         innovation = innovation - in_pairs<begin, end>([&](int j) { return row[j] * error[j]; });
-        const T known = in_pairs<begin, end>([&](int j) { return row[j] * gain[j]; });
+        T known = 0.0;
+        if (cable >= 0) {
+            known = tensions.add_to_gain(cable, row, gain);
+            innovation = innovation + tensions.correction()[2 * cable];
+        }
+        known = known + in_pairs<begin, end>([&](int j) { return row[j] * gain[j]; });
         const T variance = larger(known + deviation * deviation, known + LEAST_NOISE * known);
         const T precision = 1.0 / variance, scaled = innovation * precision;
         square = select(where, square + innovation * scaled, square);
@@ -59,6 +72,7 @@ template <class T> struct Correction {
             error[j] = select(where, error[j] + scaled * gain[j], error[j]);
             share[j] = precision * gain[j];
         }
+        if (tensions.m > 0) tensions.correct(where, cable, row, share, scaled, precision);
         if (all(where))
             reduce<begin, end, true>(where, gain, share);
         else
@@ -128,24 +142,22 @@ template <class T> inline void use_encoders(const FilteredPlatform<T>& p, const 
     Geometry<T> cables = {p.lines, state, p.matrix, p.length, p.rate, p.m, p.w};
     geometry(cables);
     for (int64_t i = 0; i < m; i++) {
-        T unwound = p.length[i], noise = deviation[i];
+        T unwound = p.length[i];
+        sum.cable = -1;
         Truth<T> known = true;
         if (any(stretched) && chain_row(p.chains, i).stretches()) {
             Truth<T> taut = ratio[i] == ratio[i];  // elsewhere no tension has been measured yet
-            if (p.noisy) taut = taut & !(tension[i] <= T(NEARLY_SLACK) * p.cells[i]);
+            if (p.noisy) taut = taut & !(tension[i] <= T(NEARLY_SLACK) * square_root(sum.tensions.variance(i)));
             known = (!stretched) | taut;
             unwound = select(stretched, unwound / ratio[i], unwound);
-            if (p.noisy) {
-                const T at_rest = unwound_at(p, tension[i], i);
-                const T more = hypotenuse(noise, unwound_at(p, tension[i] + p.cells[i], i) - at_rest);
-                noise = select(stretched, more, noise);
-            }
+            if (p.noisy) sum.cable = i;
         }
         const T share = -unwound / p.length[i];  // motion along the pull shortens a cable
         const Vector<T> u = {p.matrix[i], p.matrix[m + i], p.matrix[2 * m + i]};
         const Vector<T> moment = {p.matrix[3 * m + i], p.matrix[4 * m + i], p.matrix[5 * m + i]};
-        sum.use_pose(known, share * u, share * rotate(back, moment), measured[i] - unwound, noise);
+        sum.use_pose(known, share * u, share * rotate(back, moment), measured[i] - unwound, deviation[i]);
     }
+    sum.cable = -1;
 }
 
 // Use the position of a point of the platform, platform axes.

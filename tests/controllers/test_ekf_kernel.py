@@ -13,7 +13,7 @@ from scipy.spatial.transform import Rotation
 import cdpr
 from cdpr.base.errors import CdprError
 from cdpr.plugins import EstimatorInputs, SensorModel
-from cdpr.sensing import Encoders, Imu, Markers, Pose, Range, Receiver, Twist
+from cdpr.sensing import Encoders, Imu, Markers, Pose, Range, Receiver, Tension, Twist
 from cdpr_controllers.estimators import EkfOptions
 from cdpr_controllers.estimators.ekf import Ekf
 
@@ -33,13 +33,13 @@ def load(name):
 class Driven:
     """Filter with the live inputs of given sensors."""
 
-    def __init__(self, robot, *sensors, start=STATE, **options):
+    def __init__(self, robot, *sensors, start=STATE, gravity=GRAVITY, **options):
         widths = [sum(each.values(robot.m) for each in sensor.quantities) for sensor in sensors]
         self.models = [
             SensorModel(sensor, np.zeros(n), np.zeros(1), np.zeros(1))
             for sensor, n in zip(sensors, widths, strict=True)
         ]
-        self.estimator = Ekf(robot, GRAVITY, STEP, self.models, EkfOptions(**options))
+        self.estimator = Ekf(robot, gravity, STEP, self.models, EkfOptions(**options))
         self.sent, self.start, self.out, self.step = np.zeros(robot.m), np.array(start), np.zeros(13), -1
         none = np.zeros((2, robot.m)), np.zeros(robot.m, dtype=bool)
         quantities = ("tension",) * robot.m
@@ -139,6 +139,28 @@ def test_unknown_wrenches_spread_the_estimate():
     turned_back[3:, 3:] = truth.turn.as_matrix()[0].T
     assert P[:6, 6:] == pytest.approx(0.5 * STEP**2 * turned_back @ S, rel=2e-3, abs=1e-12)
     assert P[:6, :6] == pytest.approx(0.25 * STEP**3 * turned_back @ S @ turned_back.T, rel=2e-3, abs=1e-15)
+
+
+@pytest.mark.parametrize("every", [1, 10])
+def test_held_tensions_spread_the_velocity_with_their_holding_time(every):
+    """A constant error over n steps has n^2 times the variance of one step, n independent ones n times."""
+    robot, noise, force = load("camera_robot"), 2.0, 30.0
+    start = np.array([0.2, 0.1, 1.0, 1.0, *np.zeros(9)])
+    known = dict.fromkeys([*ERRORS, "force_noise", "moment_noise"], 0.0)
+    last, found = 2 * every - 1 if every > 1 else 10, []
+    for each in (noise, 0.0):
+        cells = Tension(period=every * STEP, tension={"noise": each})
+        filtered = Driven(robot, Pose(), cells, start=start, gravity=np.zeros(3), **known)  # without weight, no change
+        for k in range(last + 1):
+            _, P = filtered({1: np.full(4, force)} if k > 0 and k % every == 0 else None)
+        found.append(P[6:9, 6:9])
+    away = robot.anchors[:, :3] - start[:3]
+    u = away / np.linalg.norm(away, axis=1)[:, None]
+    one = (noise * STEP / robot.platform.mass) ** 2 * u.T @ u
+    # Each period has the mean of the tensions at its begin and at its end; the present one has that at its begin.
+    weights = [0.5, *np.ones(last - 2), 1.5] if every == 1 else [every]
+    expected = one * np.sum(np.square(weights))
+    assert pytest.approx(expected, rel=0.01, abs=1e-3 * one.max()) == found[0] - found[1]
 
 
 def measured_values(sensor, state):

@@ -100,7 +100,7 @@ def test_a_fit_that_fails_holds_the_pose():
 
 @pytest.mark.parametrize("kind", ["forward_kinematics", "complementary"])
 def test_a_run_states_at_how_many_samples_no_pose_fits(kind):
-    """Whether all rows are in the log or a few of them."""
+    """The log has all rows, or few of them."""
     for more in ({}, {"log.step": 0.1}):
         found = run([NEGATIVE, {"type": "imu"}], {"type": kind}, **more)
         assert found.summary()["estimate"]["unfitted_samples"] == 301

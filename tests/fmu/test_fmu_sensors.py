@@ -30,6 +30,7 @@ SENSORS = [
 ]
 ENCODERS = {"type": "encoders", "length": {"noise": 1e-4, "resolution": 1e-5}, "delay": STEP}
 CELLS = {"type": "tension", "tension": {"noise": 0.5, "hysteresis": 0.01, "range": 200.0}}
+LATE = {**CELLS, "period": 3 * STEP, "delay": 2 * STEP}
 IMU = {"type": "imu", "period": 3 * STEP, "turn_rate": NOISE, "force": NOISE}
 FIX = {"type": "receiver", "position": NOISE, "period": 5 * STEP, "jitter": 4 * STEP}
 SMALL = {"robot.winch.type": "torque", "robot.winch.drum_radius": 0.05, "robot.winch.inertia": 0.002}
@@ -39,7 +40,7 @@ ELASTIC = {**SMALL, "robot.cable": {"model": "elastic", "axial_stiffness": 1e5, 
 # the first take long to compile.
 CASES = {
     "measured": ("caroca", {"sensors": SENSORS}),
-    "winches": ("camera_robot", {**REST, "sensors": [ENCODERS, CELLS, IMU, FIX], "estimator.type": "ekf"}),
+    "winches": ("camera_robot", {**REST, "sensors": [ENCODERS, LATE, IMU, FIX], "estimator.type": "ekf"}),
     "lengths": ("caroca", {"sensors": [ENCODERS]}),
     "kinematics": ("caroca", {"sensors": [ENCODERS], "estimator": {"type": "forward_kinematics", "filter_time": 0.01}}),
     "complementary": ("caroca", {"sensors": [ENCODERS, IMU], "estimator.type": "complementary"}),

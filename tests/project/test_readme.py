@@ -64,7 +64,7 @@ def test_the_index_names_every_page():
 def test_python_examples_run(monkeypatch, tmp_path):
     """One after the other, as a reader would type them."""
     code = [re.findall(r"^```python\n(.*?)^```$", PAGES[page], re.DOTALL | re.MULTILINE) for page in PYTHON]
-    assert [len(blocks) for blocks in code] == [1, 6, 3, 1, 1]
+    assert [len(blocks) for blocks in code] == [1, 7, 3, 1, 1]
     (tmp_path / "scenarios").symlink_to(ROOT / "scenarios")
     monkeypatch.chdir(tmp_path)
     exec("".join(block for blocks in code for block in blocks), {})

@@ -69,7 +69,7 @@ def test_tabs_keep_the_order_of_ranks():
 def test_the_initial_state_is_not_required_as_the_home_of_the_robot_replaces_it():
     rows = {row.key: row for row in sections_of(json_schema(ScenarioSection))}
     assert [key for key, row in rows.items() if row.required] == ["robot", "simulation"]
-    assert "required if it has none" in rows["initial"].text
+    assert "required if the robot has no home" in rows["initial"].text
 
 
 def test_schemas_for_editors_contain_no_keys_of_cdpr():

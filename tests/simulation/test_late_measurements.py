@@ -84,8 +84,8 @@ def test_a_delay_makes_the_loop_unstable_as_in_a_run():
     assert (verdicts[0.0], verdicts[0.04]) == (STABLE, UNSTABLE)
 
 
-def test_many_measurements_on_their_way_are_quick():
-    """A delay of many steps adds many states; those that only wait are eliminated from the response."""
+def test_bandwidth_with_many_measurements_on_their_way():
+    """States that only wait are eliminated from the response."""
     late = [{"type": kind, "delay": 0.06, "period": 0.005} for kind in ("pose", "twist")]
     loaded = scenario(sensors=late)
     loop = linearise(loaded, loaded.initial.state()[:7], response=True)

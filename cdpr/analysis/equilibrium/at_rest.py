@@ -29,7 +29,7 @@ from cdpr.scenario.option_migration import outside
 from cdpr.scenario.sound_robot import sound
 
 STARTS = 100  # random starts of a search for all equilibria
-LONG = 20.0  # unwound lengths by the size of the robot; lengths in mm are a thousand times too long
+LONG = 100.0  # unwound lengths by the size of the robot; lengths in mm are a thousand times too long
 
 
 def equilibrium(
@@ -170,7 +170,9 @@ def _warn_of_long_ones(robot: Robot, pose: Array, unwound: Array) -> None:
     """Warn of given lengths (m,) that are many times the size of the robot, such as those in millimetres."""
     paths = lengths_at(robot, make_state(pose[:3], pose[3:]))
     size = float(np.fmax(np.linalg.norm(np.ptp(robot.anchors[:, :3], axis=0)), np.nanmax(paths, initial=0.0)))
-    for i in np.flatnonzero(unwound > LONG * size)[:1]:
+    long = np.flatnonzero(unwound > LONG * size)
+    if size > 0.0 and len(long):  # anchors and platform may lie in one point
+        i = int(long[0])
         warnings.warn(
             f"lengths: cable '{robot.cables[i].name}': {unwound[i]:g} m is {unwound[i] / size:.3g} times the size of "
             f"the robot, {size:.4g} m: lengths are in m",

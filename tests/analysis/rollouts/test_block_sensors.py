@@ -37,6 +37,7 @@ OTHERS = [
     {"type": "markers", **CEILING, "pixel": {"noise": 0.5}, "dropout": 0.2},
 ]
 LOADS = [{**ENCODERS, "delay": 0.002, "jitter": 0.004}, {"type": "tension", "tension": {"noise": 1.0}, "dropout": 0.3}]
+HELD = [ENCODERS, {"type": "tension", "tension": {"noise": 1.0}, "period": 0.01, "delay": 0.006, "dropout": 0.3}]
 WINCHES = {"robot": str(ROOT / "scenarios" / "robots" / "caroca_winches.yaml")}
 
 # Name of a scenario, its changes, and the values that vary.
@@ -49,6 +50,7 @@ SEEN = {
     "guided": ("planar", {"sensors": [POSE], **KALMAN}, SEEDS),
     "pulleys": ("cogiro_pulleys", {"sensors": [ENCODERS], **KALMAN}, SEEDS),
     "load cells": ("camera_robot", {"sensors": LOADS, **KALMAN}, SEEDS),
+    "held tensions": ("camera_robot", {"sensors": HELD, **KALMAN}, SEEDS),
     "models": (
         "encoders_only",
         {},
