@@ -72,7 +72,7 @@ def large_steps(setup: Setup) -> Iterator[Finding]:
 def weak_steppers(setup: Setup) -> Iterator[Finding]:
     """Yield steppers that stall under the weight of the platform at the start, with any pretension.
 
-    The load of a stepper at rest is the tension times the radius of its drum over the falls; the efficiency has no effect.
+    The load of a stepper at rest is the tension times the radius of its drum over the falls, without losses.
     """
     robot = setup.robot
     steppers, pose = _steppers(setup)
