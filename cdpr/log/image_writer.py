@@ -65,7 +65,7 @@ class ImageWriter:
         """Take the rows before `stop` for images; row k is at k % len(rows)."""
         if self._failure is not None and not self._warned:
             self._warned = True
-            warnings.warn(f"{self._error()}; the run continues without further images", stacklevel=2)
+            warnings.warn(f"{self._error()}; the run continues, without further images", stacklevel=2)
         if self._ended.is_set():
             return
         first = -(-self._taken // self._stride) * self._stride
@@ -142,7 +142,7 @@ class ImageWriter:
     def _next(self) -> Array | Header | None:
         """Return the next item; it is still in the queue if the remaining ones are skipped."""
         while True:
-            if self._skip.is_set():
+            if self._skip.is_set() and self._remaining():
                 raise _SkippedError
             try:
                 return self._queue.get(timeout=POLL)
@@ -156,8 +156,9 @@ class ImageWriter:
             self._skipped = self._remaining()
         except BaseException as error:
             self._failure = error
-        self._ready.set()
-        self._ended.set()
+        finally:
+            self._ready.set()
+            self._ended.set()
 
     def _write(self, path: Path, header: Header) -> None:
         try:

@@ -50,14 +50,15 @@ template <class T> struct KalmanFilter {
                  // TensionErrors::keeps of the step that ends with the tensions, and TensionErrors::kept
     T* count;    // (1), control steps since the start
     T* state;    // (13), estimate
-    T* covariance;  // (12, 12), of its errors
-    T* innovation;  // (2), normalised innovation squared, and number of values; NaN and 0 without new ones
-    T* taken;       // (n), work space
-    T* stretch;     // (4, m), work space: ratios and states of stretch, then those of the step before
-    T* tension;     // (2, m), N, work space: at the begin and at the end of a control period
-    T* kept;        // (h), work space, of TensionErrors
-    T* terms;       // (20, m), work space, of TensionErrors
-    int64_t every;  // control steps from one measurement of load cells to the next
+    T* covariance;    // (12, 12), of its errors
+    T* innovation;    // (2), normalised innovation squared, and number of values; NaN and 0 without new ones
+    T* taken;         // (n), work space
+    T* stretch;       // (4, m), work space: ratios and states of stretch, then those of the step before
+    T* tension;       // (2, m), N, work space: at the begin and at the end of a control period
+    T* kept;          // (h), work space, of TensionErrors
+    T* terms;         // (20, m), work space, of TensionErrors
+    int64_t every;    // control steps from one measurement of load cells to the next
+    int64_t overdue;  // control steps after which nothing is known of the change of held tensions
     int64_t k;
     int64_t n;
     int64_t d;
@@ -68,7 +69,8 @@ template <class T> struct KalmanFilter {
         FilteredPlatform<T>::fields,
         "time(1), start(13), deviation(12), command(m), sensors(k, 5), values(n), arrivals(k, 2), deviations(d), "
         "settings(q), both history(slots, h), both count(1), state(13), covariance(12, 12), innovation(2), work "
-        "taken(n), work stretch(4, m), work tension(2, m), work kept(h), work terms(20, m), every >= 1, k, n, d, q, "
+        "taken(n), work stretch(4, m), work tension(2, m), work kept(h), work terms(20, m), every >= 1, overdue >= 1, "
+        "k, n, d, q, "
         "slots >= 2, h");
 
     static constexpr int64_t STATE = 0, COVARIANCE = 13, TENSION = COVARIANCE + ERRORS * ERRORS;  // places in a row
@@ -102,13 +104,27 @@ CDPR_INLINE double largest(const Lanes& lanes) {
 constexpr double REMEMBERED = 4.0;   // holding times of tensions, for which a larger change is remembered
 constexpr double SIGNIFICANT = 3.0;  // standard deviations: larger changes are not noise
 
+// Return the variance, N^2, which tensions gain in each of some steps if nothing is known of their change: the square
+// of the weight per cable in that time.
+template <class T> inline T unknown_change(const KalmanFilter<T>& p, T steps) {
+    const Vector<T> g = vector(p.platform.gravity);
+    const T m = double(p.platform.m), mass = Inertial<T>{p.platform.inertial}.mass();
+    return mass * mass * dot(g, g) / m / (m * steps);
+}
+
+// Return for how many control steps the tensions are held; NaN before the first measurement.
+template <class T> inline T held_steps(const KalmanFilter<T>& p) {
+    for (int64_t i = 0; i < p.k; i++)
+        if (p.sensor(i)[SensorRow::KIND] == LOAD_CELLS) return p.arrivals[2 * i + 1] / T(p.platform.period);
+    return NOT_A_NUMBER;
+}
+
 // Return the variance, N^2, which tensions gain in a step while a measurement is held: that of their change in such a
-// time before it was taken, without the noise; at the start, the square of the weight per cable.
+// time before it was taken, without the noise; an unknown one at the start.
 template <class T> inline T change_in_hold(const KalmanFilter<T>& p, T taken, T late, const T* tension) {
     const T zero = 0.0, one = 1.0, every = double(p.every), held = late + every;
     const RingRow<T> at = p.step(taken - held), last = p.step(taken - one);
-    const Vector<T> g = vector(p.platform.gravity);
-    const T m = double(p.platform.m), mass = Inertial<T>{p.platform.inertial}.mass();
+    const T m = double(p.platform.m);
     const Truth<T> known = (taken > held) & (at.get(KalmanFilter<T>::TENSION) == at.get(KalmanFilter<T>::TENSION));
     T square = 0.0, noise = 0.0;
     for (int64_t i = 0; i < p.platform.m; i++) {
@@ -117,9 +133,10 @@ template <class T> inline T change_in_hold(const KalmanFilter<T>& p, T taken, T 
         noise = noise + T(2.0) * own * own;
     }
     const T largest_noise = noise * (one + T(SIGNIFICANT) * square_root(T(2.0) / m));  // m squared normal numbers
-    square = select(known, select(square > largest_noise, square - noise, zero), mass * mass * dot(g, g) / m);
+    const T found = select(square > largest_noise, square - noise, zero) / (m * held);
     const T remembered = (one - every / (T(REMEMBERED) * held)) * last.get(p.of_change());
-    return larger(square / (m * held), select(known & (taken - every > held), remembered, zero));
+    const T before = select(taken - every > held, remembered, zero);
+    return select(known, larger(found, before), unknown_change(p, held));
 }
 
 // Interpolate the tensions between a measurement of load cells, sensor i, and the one before; return the control steps
@@ -188,7 +205,9 @@ template <class T> inline T store_inputs(const KalmanFilter<T>& p, T now) {
         present.put(TENSION + i, held, always);
     }
     if (p.platform.noisy) {
-        present.put(p.of_change(), select(later, before.get(p.of_change()), T(0.0)), always);
+        const T kept = select(later, before.get(p.of_change()), T(0.0)), steps = held_steps(p);
+        const Truth<T> late = steps > T(double(p.overdue));
+        present.put(p.of_change(), select(late, larger(kept, unknown_change(p, steps)), kept), always);
         present.put(p.of_keeps(), T(1.0), always);
     }
     T ago = select(Truth<T>(p.waits()) & (now > T(1.0)), T(1.0), T(0.0));

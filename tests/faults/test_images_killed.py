@@ -158,7 +158,7 @@ def test_a_renderer_that_fails_ends_the_run_with_its_log(tmp_path, monkeypatch):
         with pytest.raises(CdprError, match="the images cannot be rendered: no context") as caught:
             cdpr.simulate(SCENARIO, overrides=changes, out=tmp_path / "run", progress=wait)
     ((text, at),) = done
-    assert text == "the images cannot be rendered: no context; the run continues without further images"
+    assert text == "the images cannot be rendered: no context; the run continues, without further images"
     assert at < samples[-1], "at once, not at the end"
     assert len(calls) == 1
     run = caught.value.run

@@ -95,6 +95,17 @@ def test_held_tensions_of_a_moving_platform(cells, most):
     assert found["nees"].max() / VALUES < 8.0  # also before the first tension, and just after it
 
 
+@pytest.mark.parametrize("length", [0.1, 0.7])
+def test_load_cells_that_fail_while_the_platform_moves(length):
+    """Their last tensions, of each step, say nothing of those a tenth of a second later: the covariance grows."""
+    failure = {"type": "sensor_failure", "sensor": "tension", "time": 0.3, "duration": length}
+    about = {"sensors": [ENCODERS, CELLS], "estimator.type": "ekf", "simulation.duration": 1.0, "events": [failure]}
+    found = cdpr.simulate(ROBOT, overrides=about)
+    begun = found.time > 0.05
+    assert found["nees"][begun].max() / VALUES < 8.0
+    assert found["estimate_sigma"][-1, 2] < (0.005 if length < 0.5 else 1.0)  # m; they are back after 0.1 s
+
+
 def test_before_the_first_tension_unknown_ones_carry_the_weight():
     """The true platform falls freely from unloaded lines; the filter does not, but expects an unknown wrench."""
     about = {"sensors": [ENCODERS, {**CELLS, "delay": 0.02}], "estimator.type": "ekf", "simulation.duration": 0.1}

@@ -82,10 +82,9 @@ def compensated_lengths(
         True
     """
     robot, gravity = robot_and_gravity(robot, gravity)
-    checked(poses, (7,) if np.ndim(poses) == 1 else (None, 7), "poses", finite=True)
-    found = distribute(robot, poses, solver=solver, options=options, gravity=gravity, jobs=jobs)
     single = np.ndim(poses) == 1
-    rows = np.atleast_2d(checked(poses, (7,) if single else (None, 7), "poses")).copy()
+    rows = np.atleast_2d(checked(poses, (7,) if single else (None, 7), "poses", finite=True)).copy()
+    found = distribute(robot, poses, solver=solver, options=options, gravity=gravity, jobs=jobs)
     rows[:, 3:] /= np.sqrt(np.einsum("ij,ij->i", rows[:, 3:], rows[:, 3:]))[:, None]
     tension, status = np.atleast_2d(found.tension), found.status
     if bends(robot):

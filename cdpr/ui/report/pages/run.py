@@ -65,7 +65,7 @@ def _turns(scenario: str) -> bool:
     except yaml.YAMLError:  # of another program
         return True
     robot = content.get("robot") if isinstance(content, dict) else None
-    dof = robot.get("dof", DOF_NAMES) if isinstance(robot, dict) else DOF_NAMES
+    dof = (robot.get("dof") if isinstance(robot, dict) else None) or DOF_NAMES
     return any(name.startswith("r") for name in dof)
 
 
