@@ -110,9 +110,9 @@ class Requests:
             request.replaceable = replaceable
             closed = self._closed
             if not closed:
-                more = not (replaceable and self._replace(request.kind))
-                counted = more and not (replaceable and not request.cables)  # there are few kinds without cables
-                if counted and len(self._waiting) >= MAX_PENDING + (request.what in URGENT):
+                replaced = replaceable and self._replace(request.kind)
+                limited = not replaceable or (request.cables and not replaced)  # there are few kinds without cables
+                if limited and len(self._waiting) >= MAX_PENDING + (request.what in URGENT):
                     raise CdprError(f"{request.what}: rejected: {MAX_PENDING} requests are pending")
                 self._waiting.append(request)
                 self._some.notify()

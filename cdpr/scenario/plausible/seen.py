@@ -28,10 +28,10 @@ def unseen_sensors(setup: Setup) -> Iterator[Finding]:
     names = [f"'{run.sensors[i].title}'" for i in idle]
     more = [f"{len(names) - SHOWN} more"] if len(names) > SHOWN else []
     *first, last = [*names[:SHOWN], *more]
-    subject = f"{', '.join(first)} and {last} are" if first else f"{last} is"
+    subject = f"{', '.join(first)} and {last} do" if first else f"{last} does"
     yield (
         ("sensors", idle[0]),
-        f"{subject} recorded only: the controller '{run.controller.type}' uses the true pose and twist; add an "
+        f"{subject} not replace the true pose and twist, which the controller '{run.controller.type}' uses; add an "
         "estimator (estimator: {type: ekf}) or sensors of the types pose and twist, or write estimator: {type: none} "
         "if that is intended",
     )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+import shlex
 from collections.abc import Sequence
 
 import click
@@ -46,5 +48,7 @@ def _value(option: str, arguments: Sequence[str]) -> str:
         name, equals, value = argument.partition("=")
         if name == option:
             following = arguments[i + 1] if i + 1 < len(arguments) else ""
-            return value if equals else following if following and not following.startswith("--") else "VALUE"
+            if not equals and not re.match(r"--|-[A-Za-z]", following):
+                value = following
+            return shlex.quote(value) if value else "VALUE"
     return "VALUE"
