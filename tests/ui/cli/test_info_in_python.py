@@ -13,7 +13,7 @@ from conftest import ROOT
 from cdpr.log.run_json import to_json
 
 PAGE = (ROOT / "docs" / "python.md").read_text(encoding="utf-8")
-SECTION = PAGE[PAGE.index("## Figures of a robot and a motion") :]
+SECTION = PAGE[PAGE.index("## Values of `cdpr info`") :]
 CODE = SECTION[SECTION.index("```python\n") + 10 : SECTION.index("\n```\n")]
 ROWS = dict(re.findall(r"^\| `([a-z_]+\.[\w.\[\]]+)` \| `(.+)` \|$", SECTION, re.MULTILINE))
 WHOLE = ("least", "tools_m", "shape_m", "believed", "bandwidth_Hz")  # figures that are dicts themselves
