@@ -206,7 +206,7 @@ class ScenarioSection(Section):
     )
     believed: RobotSection | None = Field(
         None,
-        description="nominal model: the robot as controller, tension solver and estimator assume it; default: the "
+        description="nominal model: the robot data that controller, tension solver and estimator use; default: the "
         "same as `robot`. Give only the keys and the cables that differ, each cable with its name. `nominal` is "
         "another name of this key",
         json_schema_extra=tab("robot", 1),
@@ -261,15 +261,16 @@ class ScenarioSection(Section):
     sensors: list[AnySensor] = Field(
         [],
         max_length=MAX_SENSORS,
-        description="sensors; default: none. The controller uses the first `pose`, the first `twist` and, if no cable "
-        "stretches, the first `encoders`, instead of the true values",
+        description="sensors; default: none. Instead of the true values, the controller uses the first sensor of type "
+        "`pose`, the first of type `twist` and, if no cable stretches, the first of type `encoders`",
         json_schema_extra=tab("control", 1),
     )
     estimator: EstimatorSection | None = Field(
         None,
         description="estimator, which computes the state of the platform from the sensors, for the controller and the "
-        "tension solver; default: `none`. Without an estimator, they use the measured pose and twist, or the true "
-        "state if there is no sensor `pose` or `twist`",
+        "tension solver; default: `none`. Without an estimator, they use the measured pose and twist if there are "
+        "sensors of the types `pose` and `twist`, and the true state if both are missing. If only one is missing, the "
+        "scenario is rejected",
         json_schema_extra=tab("control", 1),
     )
     events: list[AnyEvent] = Field(
