@@ -59,8 +59,8 @@ class FmuFile(_Section):
     )
     isolation: Literal["process", "inproc"] | None = Field(
         None,
-        description="run the FMU in a separate process, or in this process, which is faster but may crash; default: "
-        "process, and inproc for FMUs exported by cdpr",
+        description="run the FMU in a separate process, or in the process of cdpr, which is faster, but a crash of the "
+        "FMU also ends cdpr; default: process, and inproc if there is no key `file`",
     )
     step_timeout: float = Field(
         5.0,
