@@ -29,5 +29,5 @@ def nearest(name: str, names: Iterable[str], count: int = 1, alike: float = ALIK
 def did_you_mean(name: str, names: Iterable[str]) -> str:
     """Return "did you mean 'x'? " or "", for a synonym or for the closest name."""
     known = list(names)
-    synonym = SYNONYMS.get(name.casefold())
+    synonym = SYNONYMS.get(str(name).casefold())
     return "".join(f"did you mean '{near}'? " for near in ([synonym] if synonym in known else nearest(name, known)))

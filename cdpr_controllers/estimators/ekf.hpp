@@ -286,7 +286,7 @@ template <class T> inline void begin_step(const KalmanFilter<T>& p, T at, double
 }
 
 // Add the corrections of tensions and stretch.
-template <class T> inline void correct_tensions(const KalmanFilter<T>& p, const Correction<T>& sum) {
+template <class T> inline void correct_tensions(const KalmanFilter<T>& p) {
     const TensionErrors<T> errors = p.errors();
     const CableStretch<T> stretch = p.stretch_now();
     for (int64_t i = 0; i < errors.m; i++) {
@@ -316,7 +316,7 @@ template <class T> inline void complete_step(const KalmanFilter<T>& p, T at, dou
         if (p.platform.noisy) sum.begin_tensions(p.errors());
         use_sensor(p.platform, p.sensor(i), p.state, tension, later, ratio, values, p.deviations, p.settings, sum);
         sum.apply(p.state);
-        if (p.platform.noisy) correct_tensions(p, sum);
+        if (p.platform.noisy) correct_tensions(p);
         const Truth<T> counts = measured & (use == T(ARRIVED)) & (sum.count > T(0.0));
         T &square = p.innovation[0], &count = p.innovation[1];
         square = select(counts, select(count > T(0.0), square, T(0.0)) + sum.square, square);

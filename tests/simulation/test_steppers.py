@@ -291,7 +291,7 @@ ONE_STEP = {"steps_per_turn": 1, "microsteps": 1, "drum_radius": 1.2}
 def test_steps_that_are_large_for_the_cable():
     """2 pi 1.2 m is more than twice the cable, so that no step is the nearest number; with a gear the step is small."""
     large = camera(STEPPER | ONE_STEP)
-    (text,) = (str(each) for each in large.warnings if "winch" in str(each))
+    (text,) = (str(each) for each in large.warnings if "one step" in str(each))
     assert "robot.winch.steps_per_turn: one step of cable 'cable_1' is 7.54 m, and the cable 3.464 m long" in text
     with pytest.raises(cdpr.Diverged, match=r"'cable_1': its unwound length is 0 m, .* steps of its drive"):
         cdpr.simulate(large)
