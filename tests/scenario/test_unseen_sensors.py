@@ -22,7 +22,7 @@ def found(path=CAROCA, **sections):
 def test_encoders_alone_do_not_replace_the_true_pose(controller):
     (text,) = found(sensors=[LOAD_CELLS, ENCODERS], controller={"type": controller})
     assert "sensors[1]: 'encoders' does not replace the true pose" in text
-    assert f"the controller '{controller}' uses the true pose and twist" in text
+    assert f"the true pose and twist, which the controller '{controller}' uses" in text
     assert "estimator: {type: ekf}" in text
 
 
