@@ -15,7 +15,9 @@ MIXED = {"type": "complementary"}
 
 
 def found(path=CAROCA, **sections):
-    return [text for text in told(warned(sections, path)) if "replace the true pose" in text or "straight cables" in text]
+    return [
+        text for text in told(warned(sections, path)) if "replace the true pose" in text or "straight cables" in text
+    ]
 
 
 @pytest.mark.parametrize("controller", ["computed_torque", "pid", "static", "sliding_mode", "adaptive"])
