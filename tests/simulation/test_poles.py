@@ -293,8 +293,7 @@ def test_the_physics_step_and_the_control_step_are_checked():
     found = dict(loop_problems(scenario)[1])
     assert "less than twice in a period" in found["simulation", "control_step"]
     sensors = [{"type": "imu"}, {"type": "pose", "period": 0.02}, {"type": "twist", "period": 0.002}]
-    measured = scenario.with_changes({"simulation.control_step": 0.001, "sensors": sensors})
-    found = dict(loop_problems(measured)[1])
+    found = dict(loop_problems(scenario.with_changes({"simulation.control_step": 0.001, "sensors": sensors}))[1])
     assert "0.02 s samples a vibration" in found["sensors", 1, "period"]
     assert ("simulation", "control_step") not in found
     stiff = {"type": "velocity", "drum_radius": RADIUS, "inertia": 2e-3, "velocity_gain": 4.0}

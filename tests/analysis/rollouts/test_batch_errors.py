@@ -107,3 +107,12 @@ def test_a_batch_cannot_be_closed_while_a_step_runs(monkeypatch):
     assert_same(batch, 1, alone(5, **{"controller.kp": GAINS[1]}))
     batch.close()
     assert not batch.active.any()
+
+
+def test_large_integers_are_not_rounded():
+    """numpy makes real numbers of lists with integers from 2^63 on: then the first case would be blamed."""
+    seeds = [0, 1, 2, 2**63]
+    short = {"simulation.duration": 0.01, "sensors": [{"type": "pose"}, {"type": "twist"}]}
+    found = cdpr.rollout("caroca", 4, vary={"simulation.seed": seeds}, overrides=short)
+    assert [bool(each) for each in found.messages] == [False, False, False, True]
+    assert "simulation.seed" in found.messages[3]
