@@ -21,7 +21,7 @@ from cdpr_controllers.estimators.ekf_updates import USED, deviations, reason_to_
 ERRORS = 12  # of a state: position, attitude, velocity, angular velocity
 STATE_NUMBERS = 13 + ERRORS**2
 MOST_LATE = 1000  # control steps, from a measurement to its arrival: each is repeated then
-OVERDUE = 20  # missing measurements of load cells after which their last change says nothing of the present one
+OVERDUE = 20  # missing measurements of load cells, after which the tensions may have changed by any amount
 
 
 class Ekf(SnapshotOfArrays, Estimator):

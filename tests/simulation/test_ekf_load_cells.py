@@ -97,7 +97,7 @@ def test_held_tensions_of_a_moving_platform(cells, most):
 
 @pytest.mark.parametrize("length", [0.1, 0.7])
 def test_load_cells_that_fail_while_the_platform_moves(length):
-    """Their last tensions, of each step, say nothing of those a tenth of a second later: the covariance grows."""
+    """A tenth of a second later, the tensions are unknown, so that the covariance grows."""
     failure = {"type": "sensor_failure", "sensor": "tension", "time": 0.3, "duration": length}
     about = {"sensors": [ENCODERS, CELLS], "estimator.type": "ekf", "simulation.duration": 1.0, "events": [failure]}
     found = cdpr.simulate(ROBOT, overrides=about)
